@@ -6,8 +6,9 @@ import pytest
 
 from animated_skeleton import LYING, STANDING, UP, Limb, Pose, held, joints_of, people_of, without
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
-from openpose_ros_signals.reader import SignalReader, nearest_first
+from openpose_ros_signals.reader import SignalReader, forward_view, nearest_first
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.points.transform import IDENTITY, UPRIGHT
 
 RAISED = STANDING.with_arm('right', Limb((0.2, 0.1, 1.0), (0.1, 0.0, 1.0)))
 LEFT, RIGHT = (0.0, 1.5), (0.0, -1.5)
@@ -141,3 +142,13 @@ def test_the_nearest_person_is_the_first():
     unknown = nearest_first(reader.present, None, UP)
     assert [each.signals.id for each in unknown] == [1, 2, 3, 4]
     assert np.isnan([each.distance for each in unknown]).all()
+
+
+@pytest.mark.parametrize('camera, up', [
+    ((UPRIGHT.T, np.zeros(3)), UP), (IDENTITY, UP), (IDENTITY, np.array([0.0, -1.0, 0.0])),
+    (IDENTITY, np.array([0.0, -0.5, -0.75 ** 0.5]))], ids=['level', 'upright', 'optical', 'tilted by 60 degrees'])
+def test_without_a_robot_the_camera_looks_forwards(camera, up):
+    (rotation, place), optical = forward_view(camera, up), up[2] < 0.9
+    np.testing.assert_allclose(rotation[:, 0], [0, 0, 1] if optical else [1, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(rotation[:, 1], [-1, 0, 0] if optical else [0, 1, 0], atol=1e-9)
+    assert place.tolist() == [0, 0, 0]

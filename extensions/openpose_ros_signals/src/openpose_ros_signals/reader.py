@@ -14,9 +14,11 @@ from openpose_ros_signals.records import Facing, PersonSignals
 from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.people import People3D
-from skeleton_extract_3d.points.transform import Transform
+from skeleton_extract_3d.points.transform import UPRIGHT, Transform
 
 _NOTHING = Surroundings()
+# The cosine between z of a camera's frame and upwards is greater where the frame is not optical.
+_IS_UP = 0.7
 
 
 class Present(NamedTuple):
@@ -67,6 +69,15 @@ class SignalReader:
             present.append(Present(person.since, person.read(name, stamp, seen, up, around)))
         self.present = tuple(present)
         return tuple(person.signals for person in present)
+
+
+def forward_view(camera: Transform, up: np.ndarray) -> Transform:
+    """Return the transform from axes x forwards, y left, z up at the origin of the frame of a camera.
+
+    Its own axes are these if its z is about upwards, (3,) after the transform `camera`; else they are optical.
+    """
+    rotation, translation = camera
+    return rotation if up @ rotation[:, 2] > _IS_UP else rotation @ UPRIGHT, translation
 
 
 def nearest_first(present: Sequence[Present], robot: Optional[Transform], up: np.ndarray) -> Tuple[Present, ...]:

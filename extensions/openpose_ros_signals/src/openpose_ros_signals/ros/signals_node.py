@@ -26,7 +26,7 @@ from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_signals.node_params import SignalsParams
 from openpose_ros_signals.person import Surroundings
-from openpose_ros_signals.reader import SignalReader, nearest_first
+from openpose_ros_signals.reader import SignalReader, forward_view, nearest_first
 from openpose_ros_signals.records import Target
 from openpose_ros_signals.ros.convert import poses_of, signals_to_array, summary_to_message
 from openpose_ros_signals.ros.frames import Frames
@@ -35,14 +35,7 @@ from openpose_ros_signals.show.markers import SignalMarkers
 from openpose_ros_signals.targets import read_targets
 from openpose_ros_signals.zones import ZoneWatch, read_zones
 from skeleton_extract_3d.landmarks import Landmarks3D
-from skeleton_extract_3d.points.transform import (
-    LEVEL,
-    TURNED,
-    UPRIGHT,
-    Transform,
-    transform_landmarks,
-    transform_people,
-)
+from skeleton_extract_3d.points.transform import LEVEL, TURNED, Transform, transform_landmarks, transform_people
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.floor_input import FloorInput
 
@@ -51,8 +44,6 @@ _NAMESPACE = 'openpose_ros/skeleton_3d'
 _MARKERS_QUEUE = 7 * PERSONS_QUEUE
 # Hands and faces belong to people whose stamp is this near [s]; hands are found after the people.
 _SAME_TIME = 0.3
-# The frame of the people is upright, not optical, where the cosine between its z and up is greater.
-_IS_UP = 0.7
 # z = 0 of a fixed frame.
 _FIXED_FLOOR = np.array([0.0, 0.0, 1.0, 0.0])
 
@@ -167,9 +158,7 @@ class SignalsNode:
         """Return what takes points of the robot, x forwards, to the frame of a header; None: tf does not know it."""
         if self._params.robot_frame:
             return self._frames.known(self._params.robot_frame, header)
-        rotation, translation = camera
-        is_upright = up @ rotation[:, 2] > _IS_UP  # else optical axes
-        return rotation if is_upright else rotation @ UPRIGHT, translation
+        return forward_view(camera, up)
 
     def _known_targets(self, header: Header) -> List[Target]:
         """Return where the targets are now; those that tf does not know are left out."""
