@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from animated_skeleton import STANDING, Limb, held, people_of, without
 from openpose_ros_pkg.errors import BadInputError
@@ -93,12 +94,15 @@ def test_sigma_makes_it_unsure_and_the_state_lasts(tmp_path):
 
     inside = standing((2.5, 0.0))
     first, last = states(unsure, sure)
-    assert 0.3 < first.probability < 0.7
+    assert first.probability == pytest.approx(stats.t(3).sf(0.1 / (1.0 / 3)), abs=0.01)  # and between 0.3 and 0.7
     assert (first.state, last.state) == (UNKNOWN, EMPTY)
     assert [each.state for each in states(sure, unsure)] == [EMPTY, EMPTY]
     assert [each.state for each in states(inside, unsure, sure)] == [OCCUPIED, OCCUPIED, EMPTY]
     assert watch.update(inside, 0.0, [IDENTITY])[0].state == OCCUPIED
     assert watch.update(unsure, 5.0, [IDENTITY])[0].state == UNKNOWN, 'a gap'
+    assert watch.update(inside, 5.1, [IDENTITY])[0].state == OCCUPIED
+    assert watch.update(inside, 5.2, [None])[0].state == UNKNOWN
+    assert watch.update(unsure, 5.3, [IDENTITY])[0].state == UNKNOWN, 'what was known before is not'
 
 
 def test_what_is_not_known_is_not_empty(tmp_path):

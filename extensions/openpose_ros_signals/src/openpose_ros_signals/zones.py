@@ -36,7 +36,7 @@ _KEYS = 'name, frame_id, and box or polygon and z'
 class ZoneConstants:
     """When a person is inside a zone."""
 
-    entered: float = constant(0.7, 'A person enters with this probability.', source='chosen')
+    entered: float = constant(0.7, 'A person enters with this probability.', source='chosen; trials.md, zones')
     left: float = constant(0.3, 'And leaves with this one.', source='chosen: as far from one half')
 
 
