@@ -12,9 +12,9 @@ def text():
     except rospy.ServiceException:
         return 'unknown'
     if not nearest:
-        return 'nobody'
+        return 'no person'
     if math.isnan(nearest[0].distance):
-        return 'a person, I do not know where'
+        return 'a person, the place is unknown'
     side = 'left' if nearest[0].bearing > 0 else 'right'
     return f'{nearest[0].distance:.1f} m, {abs(math.degrees(nearest[0].bearing)):.0f} degrees to the {side}'
 

@@ -8,7 +8,7 @@ LATE = 0.7  # [s]
 
 class StopNearPeople:
     def __init__(self):
-        self.clear = rospy.Time()  # stamp of the newest frame, if its zones are empty
+        self.clear = None  # stamp of the newest frame, if its zones are empty
         self.output = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         rospy.Subscriber('openpose_ros/skeleton_3d/people_summary', PeopleSummary, self.on_people, queue_size=1)
         rospy.Subscriber('cmd_vel_in', Twist, self.on_command, queue_size=1)
@@ -16,10 +16,11 @@ class StopNearPeople:
 
     def on_people(self, message):
         clear = bool(message.zones) and all(zone.state == ZoneState.EMPTY for zone in message.zones)
-        self.clear = message.header.stamp if clear else rospy.Time()
+        self.clear = message.header.stamp if clear else None
 
     def is_clear(self):
-        return abs((rospy.Time.now() - self.clear).to_sec()) < LATE
+        clear = self.clear
+        return clear is not None and abs((rospy.Time.now() - clear).to_sec()) < LATE
 
     def on_command(self, command):
         if self.is_clear():

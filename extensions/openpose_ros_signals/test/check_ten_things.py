@@ -174,7 +174,7 @@ class TenThingsTest(unittest.TestCase):
 
         output = Recorder(f'{ns}/say', String)
         service = rospy.Service(f'{ns}/get_people', GetPeople, answer)
-        says('nobody')
+        says('no person')
         persons[:] = [PersonSummary(distance=1.23, bearing=-0.5), PersonSummary(distance=3.0, bearing=0.5)]
         says('1.2 m, 29 degrees to the right')
         persons[:] = [None]
