@@ -2,7 +2,7 @@
 from types import SimpleNamespace
 from typing import List
 
-from openpose_ros_bridges.capsules import PARTS, Capsules
+from openpose_ros_signals.capsules import PARTS, Capsules
 
 
 def rows(capsules: Capsules) -> List[SimpleNamespace]:

@@ -13,11 +13,11 @@ from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 import numpy as np
 
 from chain_runs import Frames, camera_poses, open_sequence, read_truth, true_people
-from openpose_ros_bridges.capsules import Capsules, capsules_of
 from openpose_ros_bridges.guard import View
 from openpose_ros_bridges.node_params import SeparationParams
 from openpose_ros_bridges.separation import CONSTANTS, Links, SeparationEstimator
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.capsules import Capsules, capsules_of
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.transform import transform_people
 

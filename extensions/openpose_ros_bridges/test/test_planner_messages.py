@@ -8,13 +8,13 @@ from std_msgs.msg import Header
 
 from animated_skeleton import SIGMA, STANDING, people_of, without
 from foreign_packages import DEFINITIONS, forget_packages, write_packages
-from openpose_ros_bridges.capsules import PARTS
 from openpose_ros_bridges.node_params import MoveitParams, ObstacleParams
 from openpose_ros_bridges.ros import bridge
 from openpose_ros_bridges.ros.bridge import Output, _Publisher
 from openpose_ros_bridges.ros.moveit_node import PlanningSceneMessages
 from openpose_ros_bridges.ros.obstacles_node import Footprints, costmap_outputs, teb_output
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.capsules import PARTS
 from openpose_ros_signals.records import FloorPose, PersonSignals, Walk
 from openpose_ros_signals.ros.convert import signals_to_array
 from skeleton_extract_3d.people import People3D

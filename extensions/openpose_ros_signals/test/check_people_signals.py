@@ -10,7 +10,7 @@ import rospy
 import rostest
 import tf2_ros
 from geometry_msgs.msg import PoseArray
-from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
+from openpose_ros_msgs.msg import PeopleSummary, PersonDetection_3dArray, PersonSignalsArray, ZoneState
 from openpose_ros_msgs.srv import GetPeople
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
@@ -88,6 +88,7 @@ class PeopleSignalsTest(unittest.TestCase):
         cls.player = Player()
         cls.signals = Recorder(f'{OUTPUT}/people_signals', PersonSignalsArray)
         cls.poses = Recorder(f'{OUTPUT}/people_poses', PoseArray)
+        cls.summaries = Recorder(f'{OUTPUT}/people_summary', PeopleSummary)
         cls.markers = Recorder(f'{OUTPUT}/visualization_signals', Marker)
         cls.player.start()
 
@@ -144,6 +145,16 @@ class PeopleSignalsTest(unittest.TestCase):
         answer = get_people().people
         self.assertEqual(answer.persons[0].signals.header.stamp, answer.header.stamp)
         self.assertLess(abs((answer.header.stamp - answer.persons[0].since).to_sec()), LENGTH)
+        # the table, which is the robot here, is at 1, 2 m and looks as the room's x does
+        self.assertEqual(answer.robot_frame, 'table')
+        np.testing.assert_allclose([answer.persons[0].distance, answer.persons[0].bearing],
+                                   [5 ** 0.5, np.arctan2(-2.0, -1.0)], atol=0.2)
+
+        # zones in other frames, one of which tf does not know
+        summary = self.summaries.wait(1)[-1]
+        self.assertEqual([(zone.name, zone.state, bool(zone.person_IDs)) for zone in summary.zones], [
+            ('cell', ZoneState.OCCUPIED, True), ('door', ZoneState.EMPTY, False), ('lift', ZoneState.UNKNOWN, False)])
+        self.diagnostics.await_text(NODE, 'lift')
 
         # when no people come any more, the answer is an error; when they come again, they are told
         self.player.sends = False

@@ -23,6 +23,7 @@ from openpose_ros_msgs.msg import (
     PersonSummary,
     PersonVelocity_3d,
     PointingTarget,
+    ZoneState,
 )
 from openpose_ros_msgs.srv import GetPeople, GetPeopleResponse
 from sensor_msgs import point_cloud2
@@ -38,9 +39,10 @@ ROOT = Path(__file__).resolve().parents[3]
 # approach_person.py has a test of its own
 PROGRAMS = {path.stem: path for path in (ROOT / 'examples').glob('*.py')
             if 'rospy.init_node' in path.read_text() and path.stem != 'approach_person'}
-PEOPLE, SIGNALS, FACES = (f'openpose_ros/skeleton_3d/{name}'
-                          for name in ('detected_poses_3d', 'people_signals', 'detected_faces_3d'))
+PEOPLE, SIGNALS, FACES, SUMMARY = (f'openpose_ros/skeleton_3d/{name}'
+                          for name in ('detected_poses_3d', 'people_signals', 'detected_faces_3d', 'people_summary'))
 PARTS = PersonDetection_3d.__slots__[3:]
+EMPTY, OCCUPIED, UNKNOWN = ZoneState.EMPTY, ZoneState.OCCUPIED, ZoneState.UNKNOWN
 MEASURED, INFERRED = BodypartDetection_3d.MEASURED, BodypartDetection_3d.INFERRED
 
 
@@ -60,6 +62,11 @@ def people(*persons):
     return lambda header: PersonDetection_3dArray(
         header=Header(stamp=header.stamp, frame_id='camera'), pose_model='COCO_18',
         persons=[person for person, _ in persons], velocities=[velocity for _, velocity in persons])
+
+
+def zone_message(*states, inside=()):
+    return lambda header: PeopleSummary(header=header,
+                                        zones=[ZoneState(state=state, person_IDs=inside) for state in states])
 
 
 def awaits(output, *fields):
@@ -93,17 +100,13 @@ class TenThingsTest(unittest.TestCase):
             await_true(lambda: [each.linear.x for each in output.messages[-3:]] == 3 * [speed], f'{ns}: {speed} m/s')
 
         newest(0.0)  # no people yet
-        far, near = (joints(1, nose=part(x, 0.0, 1.6), left_wrist=part(x - 0.2, 0.1, 1.0, INFERRED))
-                     for x in (1.7, 1.0))
         with Feed(f'{ns}/cmd_vel_in', Twist, lambda _: forwards), \
-                Feed(f'{ns}/{PEOPLE}', PersonDetection_3dArray, people()) as feed:
-            newest(0.3)  # no person is there
-            feed.send(people(far))
-            newest(0.3)
-            feed.send(people(far, near))  # a hidden wrist at 0.8 m
-            newest(0.0)
-            feed.send(people(far))
-            newest(0.3)
+                Feed(f'{ns}/{SUMMARY}', PeopleSummary, zone_message()) as feed:
+            newest(0.0)  # no zones
+            for states, speed in (([EMPTY, EMPTY], 0.3), ([EMPTY, OCCUPIED], 0.0), ([EMPTY], 0.3), ([UNKNOWN], 0.0),
+                                  ([EMPTY], 0.3)):
+                feed.send(zone_message(*states))
+                newest(speed)
             feed.__exit__()
             newest(0.0)  # no people any more
 
@@ -150,11 +153,33 @@ class TenThingsTest(unittest.TestCase):
         ns = '/count_in_zone'
         counts = awaits(Recorder(f'{ns}/people_in_zone', Int32), 'data')
         counts(-1)
-        with Feed(f'{ns}/{SIGNALS}', PersonSignalsArray, signals()) as feed:
+
+        with Feed(f'{ns}/{SUMMARY}', PeopleSummary, zone_message(EMPTY)) as feed:
             counts(0)
-            feed.send(signals(does(1, 1.5, 0.5), does(2, 2.9, -0.9), does(3, 3.1, 0.0), does(4, 2.0, -1.1), does(5)))
-            counts(2)
+            for state, inside, number in ((OCCUPIED, (3, 7), 2), (UNKNOWN, (), -1), (EMPTY, (), 0)):
+                feed.send(zone_message(state, inside=inside))
+                counts(number)
         counts(-1)
+
+    def test_say_who_is_near(self):
+        ns, persons = '/say_who_is_near', []
+
+        def answer(_):
+            if persons == [None]:
+                raise rospy.ServiceException('no people come')
+            return GetPeopleResponse(PeopleSummary(persons=persons))
+
+        def says(text):
+            await_true(lambda: [each.data for each in output.messages[-1:]] == [text], text)
+
+        output = Recorder(f'{ns}/say', String)
+        service = rospy.Service(f'{ns}/get_people', GetPeople, answer)
+        says('no person')
+        persons[:] = [PersonSummary(distance=1.23, bearing=-0.5), PersonSummary(distance=3.0, bearing=0.5)]
+        says('1.2 m, 29 degrees to the right')
+        persons[:] = [None]
+        says('unknown')
+        service.shutdown()
 
     def test_alarm_on_fall(self):
         ns = '/alarm_on_fall'

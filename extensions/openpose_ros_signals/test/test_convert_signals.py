@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 import rospy
 from openpose_ros_msgs.msg import PersonGesture, PersonSignals
+from openpose_ros_msgs.msg import ZoneState as MessageOfZone
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
 
@@ -28,6 +29,7 @@ from openpose_ros_signals.ros.convert import (
     summary_to_message,
     turned_array,
 )
+from openpose_ros_signals.zones import EMPTY, OCCUPIED, UNKNOWN, ZoneState
 from skeleton_extract_3d.points.transform import UPRIGHT, rotation_of
 
 HEADER = Header(stamp=rospy.Time(12, 500000000), frame_id='room')
@@ -102,7 +104,17 @@ def test_the_words_of_the_messages_are_those_of_the_records():
 def test_a_summary_says_since_when_each_person_is_there():
     header = Header(stamp=rospy.Time(1700000000, 123456789), frame_id='room')
     now = header.stamp.to_sec()
-    message = summary_to_message((Present(now - 9.0, EVERYTHING), Present(now - 5.0, SOME)), header)
+    zones = (ZoneState('cell', OCCUPIED, now - 1.0, 0.75, 7, 'left_hand', (7, 9)),
+             ZoneState('door', UNKNOWN, now, np.nan, 0, '', ()))
+    message = summary_to_message((Present(now - 9.0, EVERYTHING, 1.5, -0.5), Present(now - 5.0, SOME)), zones, header,
+                                 'base_link')
+    message._check_types()
+    assert message.robot_frame == 'base_link'
+    assert [plain((each.distance, each.bearing)) for each in message.persons] == [(1.5, -0.5), (None, None)]
+    assert [(zone.name, zone.state, zone.probability, zone.person_ID, zone.part, zone.person_IDs)
+            for zone in message.zones[:1]] == [('cell', MessageOfZone.OCCUPIED, 0.75, 7, 'left_hand', [7, 9])]
+    assert message.zones[0].since.to_sec() == pytest.approx(now - 1.0, abs=1e-6)
+    assert message.zones[1].state == MessageOfZone.UNKNOWN and (EMPTY, MessageOfZone.EMPTY) == (1, 1)
     assert message.header == header
     assert [(each.signals.header, each.signals.person_ID) for each in message.persons] == [(header, 7), (header, 9)]
     assert [round((header.stamp - person.since).to_sec(), 6) for person in message.persons] == [9.0, 5.0]

@@ -51,5 +51,8 @@ FAULTS = [
     Scenario('target at NaN', refused(
         PROGRAM, {'targets': '{file}'}, 'settings.yaml', 'is no target', text=f"[{LAMP % '[.nan, 0, 0]'}]"), NODE,
         ENDS),
+    Scenario('zone of two corners', refused(
+        PROGRAM, {'zones': '{file}'}, 'settings.yaml', 'three or more corners',
+        text='[{name: a, frame_id: room, polygon: [[0, 0], [1, 1]], z: [0, 1]}]'), NODE, ENDS),
     Scenario('no direction is up', refused(PROGRAM, {'up': "'0 0 0'"}, "'up'"), NODE, ENDS),
 ]

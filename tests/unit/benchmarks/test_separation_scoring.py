@@ -6,8 +6,8 @@ import pytest
 
 from chain_runs import true_people
 from development import ROOT
-from openpose_ros_bridges.capsules import Capsules
 from openpose_ros_bridges.moving_parts import Links
+from openpose_ros_signals.capsules import Capsules
 from scoring import separation
 from scoring.figures import figures
 from scoring.separation import STATISTICS, Delivery, score_separation, true_distance

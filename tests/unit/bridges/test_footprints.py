@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from animated_skeleton import SIGMA, STANDING, joints_of, people_of, without
-from openpose_ros_bridges.capsules import capsules_of
 from openpose_ros_bridges.footprints import Circle, circles_of, points_in, predicted
 from openpose_ros_bridges.located import located
 from openpose_ros_bridges.planning_scene import solids_of
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.capsules import capsules_of
 from openpose_ros_signals.records import FloorPose, PersonSignals, Walk
 
 PLACE = np.array([2.0, -1.0])

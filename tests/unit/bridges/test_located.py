@@ -6,11 +6,11 @@ import pytest
 
 from animated_skeleton import SIGMA, STANDING, TRUNK, UP, people_of, without
 from openpose_ros_bridges.body_model import body_poses
-from openpose_ros_bridges.capsules import capsules_of, reaches_of
 from openpose_ros_bridges.footprints import circles_of
 from openpose_ros_bridges.located import located
 from openpose_ros_bridges.planning_scene import solids_of
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.capsules import capsules_of, reaches_of
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, PersonSignals, Posture, Walk
 from skeleton_extract_3d.people import INFERRED, People3D

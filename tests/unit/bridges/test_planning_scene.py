@@ -6,9 +6,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from animated_skeleton import SIGMA, STANDING, people_of
-from openpose_ros_bridges.capsules import capsules_of
 from openpose_ros_bridges.planning_scene import solids_of
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.capsules import capsules_of
 from skeleton_extract_3d.people import People3D
 
 

@@ -3,10 +3,10 @@ import numpy as np
 import pytest
 
 from animated_skeleton import Limb, Pose, joints_of, people_of
-from openpose_ros_bridges.capsules import PARTS, capsules_of
 from openpose_ros_bridges.robot_links import RobotLink, read_links, without_links
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.capsules import PARTS, capsules_of
 
 FORWARDS = Limb((0.0, 1.0, 0.0), (0.0, 1.0, 0.0))
 POSE = Pose(left=FORWARDS)

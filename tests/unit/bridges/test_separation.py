@@ -8,12 +8,12 @@ from scipy import stats
 
 from animated_skeleton import ADULT, Pose, people_of, without
 from capsule_rows import rows
-from openpose_ros_bridges.capsules import CAPSULES, CapsuleConstants, capsules_of
 from openpose_ros_bridges.guard import View
-from openpose_ros_bridges.moving_parts import Links, spheres_of, tail
+from openpose_ros_bridges.moving_parts import Links, spheres_of
 from openpose_ros_bridges.node_params import SeparationParams
 from openpose_ros_bridges.separation import CONSTANTS, SeparationEstimator
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.capsules import CAPSULES, CapsuleConstants, capsules_of, tail
 from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel

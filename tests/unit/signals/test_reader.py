@@ -6,8 +6,9 @@ import pytest
 
 from animated_skeleton import LYING, STANDING, UP, Limb, Pose, held, joints_of, people_of, without
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
-from openpose_ros_signals.reader import SignalReader
+from openpose_ros_signals.reader import SignalReader, forward_view, nearest_first
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.points.transform import IDENTITY, UPRIGHT
 
 RAISED = STANDING.with_arm('right', Limb((0.2, 0.1, 1.0), (0.1, 0.0, 1.0)))
 LEFT, RIGHT = (0.0, 1.5), (0.0, -1.5)
@@ -120,3 +121,34 @@ def test_people_whose_joints_are_all_inferred_do_what_their_keypoints_say():
     assert person.posture.name == 'standing' and not person.gesture('raise_hand')
     person, = read_again(People3D(COCO_18, xyz, 0 * told, np.full(told.shape, INFERRED), far, [1]))
     assert person.posture.name == 'unknown'  # hidden altogether
+
+
+def test_the_nearest_person_is_the_first():
+    """From a robot at (1, 0) that looks to y and leans forwards; a person without a known place is the last."""
+    lean = np.radians(20.0)
+    robot = (np.array([[0.0, -1.0, 0.0], [np.cos(lean), 0.0, np.sin(lean)], [-np.sin(lean), 0.0, np.cos(lean)]]),
+             np.array([1.0, 0.0, 0.5]))
+    reader = SignalReader()
+    people = people_of([replace(STANDING, place=place) for place in ((9, 9), (1, 3), (0, 0), (2, 1))], [1, 2, 3, 4],
+                       np.random.RandomState(1))
+    hidden = np.arange(4)[:, np.newaxis] == 0
+    people = replace(people, xyz=np.where(hidden[..., np.newaxis], np.nan, people.xyz),
+                     status=np.where(hidden, MISSING, people.status), sigma=np.where(hidden, np.nan, people.sigma))
+    reader.update(people, 0.0, UP)
+    found = nearest_first(reader.present, robot, UP)
+    assert [each.signals.id for each in found] == [3, 4, 2, 1]
+    np.testing.assert_allclose([each.distance for each in found], [1, 2 ** 0.5, 3, np.nan], atol=0.06)
+    np.testing.assert_allclose([each.bearing for each in found], [np.pi / 2, -np.pi / 4, 0, np.nan], atol=0.06)
+    unknown = nearest_first(reader.present, None, UP)
+    assert [each.signals.id for each in unknown] == [1, 2, 3, 4]
+    assert np.isnan([each.distance for each in unknown]).all()
+
+
+@pytest.mark.parametrize('camera, up', [
+    ((UPRIGHT.T, np.zeros(3)), UP), (IDENTITY, UP), (IDENTITY, np.array([0.0, -1.0, 0.0])),
+    (IDENTITY, np.array([0.0, -0.5, -0.75 ** 0.5]))], ids=['level', 'upright', 'optical', 'tilted by 60 degrees'])
+def test_without_a_robot_the_camera_looks_forwards(camera, up):
+    (rotation, place), optical = forward_view(camera, up), up[2] < 0.9
+    np.testing.assert_allclose(rotation[:, 0], [0, 0, 1] if optical else [1, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(rotation[:, 1], [-1, 0, 0] if optical else [0, 1, 0], atol=1e-9)
+    assert place.tolist() == [0, 0, 0]

@@ -7,8 +7,8 @@ from typing import List, NamedTuple, Sequence
 
 import numpy as np
 
-from openpose_ros_bridges.capsules import CAPSULES, Capsules
 from openpose_ros_bridges.located import Located, velocity_sigma
+from openpose_ros_signals.capsules import CAPSULES, Capsules
 
 
 class Circle(NamedTuple):

@@ -77,11 +77,6 @@ def margins_of(known: MovingParts, ends: np.ndarray, sigma: np.ndarray, links: L
     return distances - between(grown), np.maximum(between(sigma) / math.sqrt(3), 1e-9)
 
 
-def tail(deviations: np.ndarray) -> np.ndarray:
-    """Return the probability that Student's t with three degrees of freedom is greater, by its standard deviations."""
-    return 0.5 - (np.arctan(deviations) + deviations / (1 + deviations ** 2)) / math.pi
-
-
 def greatest(probability: Callable[[float], float], most: float, highest: float) -> float:
     """Return the greatest bound from 0 to `highest` with at most that probability, which grows with it; else 0."""
     low, high = 0.0, max(highest, 0.0)

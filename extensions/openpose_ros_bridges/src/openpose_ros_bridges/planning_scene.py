@@ -7,7 +7,7 @@ from typing import Dict, NamedTuple
 
 import numpy as np
 
-from openpose_ros_bridges.capsules import PARTS, Capsules
+from openpose_ros_signals.capsules import PARTS, Capsules
 
 
 class Solid(NamedTuple):

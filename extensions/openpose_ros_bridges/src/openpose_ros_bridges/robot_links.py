@@ -4,9 +4,9 @@ from typing import NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_bridges.capsules import Capsules
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.parameters import frame_name
+from openpose_ros_signals.capsules import Capsules
 
 # A frame or two, and a radius: tool0:0.08 or elbow_link>wrist_link:0.1.
 _LINK = re.compile(r'([^\s:>]+)(?:>([^\s:>]+))?:(\d*\.?\d+)')

@@ -24,7 +24,12 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 from scipy.special import stdtrit
 
-from openpose_ros_bridges.capsules import (
+from openpose_ros_bridges.guard import View
+from openpose_ros_bridges.moving_parts import Links, MovingParts, greatest, margins_of
+from openpose_ros_bridges.node_params import SeparationParams
+from openpose_ros_pkg.params.constants import constant
+from openpose_ros_pkg.people import distinct_ids
+from openpose_ros_signals.capsules import (
     CAPSULES,
     PARTS,
     POINTS,
@@ -33,12 +38,8 @@ from openpose_ros_bridges.capsules import (
     bone_paths,
     known_parts,
     reaches_of,
+    tail,
 )
-from openpose_ros_bridges.guard import View
-from openpose_ros_bridges.moving_parts import Links, MovingParts, greatest, margins_of, tail
-from openpose_ros_bridges.node_params import SeparationParams
-from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import distinct_ids
 from skeleton_extract_3d.body.body import BODY, BodyConstants
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 

@@ -30,7 +30,7 @@ class UprightParams(Parameters):
 
 @dataclass(frozen=True)
 class SignalsParams(UprightParams, DemandParams):
-    """In which frame signals are read, and what people may point at."""
+    """In which frame signals are read, what people may point at, and zones."""
 
     retired = ('tf_timeout', 'text_scale', 'facing_length', 'pointing_length', 'signal_lifetime',
                'use_cloud')
@@ -47,6 +47,12 @@ class SignalsParams(UprightParams, DemandParams):
     summary: bool = parameter(
         False, 'Serve get_people, for state machines: the people that are there, since when, and what they do. The '
                'node works then all the time.')
+    robot_frame: str = parameter(
+        '', 'Frame from which people_summary and get_people have distances and bearings: x forwards (base_link). '
+            'Empty: the camera, level.')
+    zones: str = parameter(
+        '', 'YAML file of volumes of which people_summary and get_people tell whether a part of a person is inside: a '
+            'list of name, frame_id (any frame of tf), and box, or polygon and z [m]; empty: no zones.')
     targets: str = parameter(
         '', 'YAML file of what people may point at: a list of name, frame_id (any frame of tf) and position [m]; '
             'empty: no known targets.')

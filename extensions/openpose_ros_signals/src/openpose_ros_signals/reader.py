@@ -1,21 +1,24 @@
 """What people do, from frame to frame."""
 from dataclasses import replace
-from typing import Dict, List, NamedTuple, Optional, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from openpose_ros_pkg.people import distinct_ids
 from openpose_ros_signals.constants import SIGNALS, SignalConstants
-from openpose_ros_signals.geometry import told_joints
+from openpose_ros_signals.geometry import told_joints, unit
 from openpose_ros_signals.gestures import palm_of
 from openpose_ros_signals.person import BodyObservation, Person, Surroundings
 from openpose_ros_signals.records import Facing, PersonSignals
 from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.points.transform import UPRIGHT, Transform
 
 _NOTHING = Surroundings()
+# The cosine between z of a camera's frame and upwards is greater where the frame is not optical.
+_IS_UP = 0.7
 
 
 class Present(NamedTuple):
@@ -23,6 +26,8 @@ class Present(NamedTuple):
 
     since: float  # when it was seen first [s]
     signals: PersonSignals
+    distance: float = np.nan  # level, to below its trunk [m]
+    bearing: float = np.nan  # of that, to the left of forwards [rad]
 
 
 class SignalReader:
@@ -64,6 +69,35 @@ class SignalReader:
             present.append(Present(person.since, person.read(name, stamp, seen, up, around)))
         self.present = tuple(present)
         return tuple(person.signals for person in present)
+
+
+def forward_view(camera: Transform, up: np.ndarray) -> Transform:
+    """Return the transform from axes x forwards, y left, z up at the origin of the frame of a camera.
+
+    Its own axes are these if its z is about upwards, (3,) after the transform `camera`; else they are optical.
+    """
+    rotation, translation = camera
+    return rotation if up @ rotation[:, 2] > _IS_UP else rotation @ UPRIGHT, translation
+
+
+def nearest_first(present: Sequence[Present], robot: Optional[Transform], up: np.ndarray) -> Tuple[Present, ...]:
+    """Return people with their distances and bearings, the nearest first, those without a known place last.
+
+    Args:
+        robot: takes points of the robot, x forwards, to the frame of the people; None: not known.
+        up: (3,) unit vector.
+    """
+    if robot is None:
+        return tuple(present)
+    forward = robot[0][:, 0] - (robot[0][:, 0] @ up) * up
+    left = np.cross(up, unit(forward))
+    found = []
+    for person in present:
+        offset = np.full(3, np.nan) if person.signals.floor is None else person.signals.floor.position - robot[1]
+        away = float(np.linalg.norm(offset - (offset @ up) * up))
+        bearing = float(np.arctan2(offset @ left, offset @ unit(forward)))
+        found.append(person._replace(distance=away, bearing=bearing))
+    return tuple(sorted(found, key=lambda each: np.nan_to_num(each.distance, nan=np.inf)))
 
 
 def _observations(people: People3D, joints: Tuple[np.ndarray, ...], landmarks: Landmarks3D) -> List[BodyObservation]:

@@ -9,12 +9,12 @@ from scipy.spatial.transform import Rotation
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from openpose_ros_bridges.capsules import capsules_of
 from openpose_ros_bridges.node_params import MoveitParams
 from openpose_ros_bridges.planning_scene import Solid, solids_of
 from openpose_ros_bridges.robot_links import read_links, without_links
 from openpose_ros_bridges.ros.bridge import HEADER, PEOPLE, PLANNER_RATE, FieldMap, Output, run_bridge
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
+from openpose_ros_signals.capsules import capsules_of
 from openpose_ros_signals.ros.frames import Frames
 from skeleton_extract_3d.points.transform import transform_people
 from skeleton_extract_3d.ros.convert import people_from_array

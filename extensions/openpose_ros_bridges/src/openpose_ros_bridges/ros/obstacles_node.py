@@ -12,13 +12,13 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_bridges.capsules import capsules_of
 from openpose_ros_bridges.footprints import Circle, circles_of, points_in, predicted
 from openpose_ros_bridges.located import covariance, located
 from openpose_ros_bridges.node_params import ObstacleParams
 from openpose_ros_bridges.ros.bridge import HEADER, PEOPLE, PLANNER_RATE, SIGNALS, FieldMap, Output, run_bridge
 from openpose_ros_pkg.errors import ForeignPackageError
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
+from openpose_ros_signals.capsules import capsules_of
 from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_signals.ros.frames import Frames
 from skeleton_extract_3d.points.depth import XYZRGB

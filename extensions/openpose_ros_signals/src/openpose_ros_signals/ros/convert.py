@@ -12,6 +12,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_signals import records
 from openpose_ros_signals.reader import Present
+from openpose_ros_signals.zones import ZoneState
 from skeleton_extract_3d.points.transform import rotation_of
 
 _NOWHERE = np.full(3, np.nan)
@@ -32,11 +33,14 @@ def poses_of(array: msg.PersonSignalsArray) -> PoseArray:
                                                  if not np.isnan(person.floor_pose.position.x)])
 
 
-def summary_to_message(people: Sequence[Present], header: Header) -> msg.PeopleSummary:
-    """Return the message of the people that are there."""
-    return msg.PeopleSummary(header=header, persons=[
-        msg.PersonSummary(since=_time(present.since), signals=_person_to_message(present.signals, header))
-        for present in people])
+def summary_to_message(people: Sequence[Present], zones: Sequence[ZoneState], header: Header, robot_frame: str
+                       ) -> msg.PeopleSummary:
+    """Return the message of the people that are there, and of zones."""
+    return msg.PeopleSummary(header=header, robot_frame=robot_frame, persons=[
+        msg.PersonSummary(_time(present.since), present.distance, present.bearing,
+                          _person_to_message(present.signals, header)) for present in people],
+        zones=[msg.ZoneState(zone.name, zone.state, _time(zone.since), zone.probability, max(zone.person, 0), zone.part,
+                             [max(name, 0) for name in zone.inside]) for zone in zones])
 
 
 def signals_from_array(message: msg.PersonSignalsArray) -> Tuple[records.PersonSignals, ...]:

@@ -34,6 +34,8 @@ class Frames:
 
     def known(self, frame: str, header: Header) -> Optional[Transform]:
         """Return what takes points of a frame to that and the time of a header; None, with a warning: not known."""
+        if frame == header.frame_id:
+            return IDENTITY
         if self._transforms is None:
             return None
         try:

@@ -1,6 +1,6 @@
 """The node of signals: people in space to what they do, with markers."""
 from pathlib import Path
-from typing import Any, List, Optional, Tuple, Type
+from typing import Any, List, Optional, Type
 
 import numpy as np
 import rospy
@@ -8,6 +8,7 @@ from geometry_msgs.msg import PoseArray
 from openpose_ros_msgs.msg import (
     FaceDetection_3dArray,
     HandDetection_3dArray,
+    PeopleSummary,
     PersonDetection_3dArray,
     PersonSignals,
     PersonSignalsArray,
@@ -25,13 +26,14 @@ from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_signals.node_params import SignalsParams
 from openpose_ros_signals.person import Surroundings
-from openpose_ros_signals.reader import Present, SignalReader
+from openpose_ros_signals.reader import SignalReader, forward_view, nearest_first
 from openpose_ros_signals.records import Target
 from openpose_ros_signals.ros.convert import poses_of, signals_to_array, summary_to_message
 from openpose_ros_signals.ros.frames import Frames
 from openpose_ros_signals.ros.input_end import InputEnd
 from openpose_ros_signals.show.markers import SignalMarkers
 from openpose_ros_signals.targets import read_targets
+from openpose_ros_signals.zones import ZoneWatch, read_zones
 from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.points.transform import LEVEL, TURNED, Transform, transform_landmarks, transform_people
 from skeleton_extract_3d.ros import convert
@@ -75,15 +77,19 @@ class SignalsNode:
         if self._turns:
             self._upwards = _FIXED_FLOOR[:3]
         self._targets = read_targets(Path(params.targets)) if params.targets else ()
-        self._frames = Frames(params.fixed_frame, *(target.frame_id for target in self._targets))
+        self._zones = read_zones(Path(params.zones)) if params.zones else ()
+        self._zone_watch = ZoneWatch(self._zones)
+        self._places = [(place.name, place.frame_id) for places in (self._targets, self._zones) for place in places]
+        self._frames = Frames(params.fixed_frame, params.robot_frame, *(frame for _, frame in self._places))
         self._reader, self._markers, self._health = SignalReader(), SignalMarkers(), Health()
         demand = Demand(params.lazy and not params.summary, self._health)
         self._array = demand.advertise(f'{_NAMESPACE}/people_signals', PersonSignalsArray, RESULTS_QUEUE)
         self._persons = demand.advertise(f'{_NAMESPACE}/person_signals', PersonSignals, PERSONS_QUEUE)
+        self._summary = demand.advertise(f'{_NAMESPACE}/people_summary', PeopleSummary, RESULTS_QUEUE)
         self._poses = demand.advertise(f'{_NAMESPACE}/people_poses', PoseArray, RESULTS_QUEUE)
         self._shown = demand.advertise(f'{_NAMESPACE}/visualization_signals', Marker, _MARKERS_QUEUE)
         self._input = InputEnd()
-        self._present: Tuple[Tuple[Present, ...], Header] = (), Header()
+        self._present = PeopleSummary()
         if params.summary:
             rospy.Service('get_people', GetPeople, self._get_people)
         self._worker = NewestWinsWorker(self._process, self._health.frame_failed, 'signals')
@@ -99,18 +105,21 @@ class SignalsNode:
                     *((self._hands.input, self._faces.input) if params.use_landmarks else ()))
         people_frame = f'FRAME{TURNED}' if self._turns else 'the frame of the people'
         introduce(demand.inputs, signals=f'in {params.fixed_frame or people_frame}',
-                  targets=', '.join(target.name for target in self._targets) or 'none')
+                  **{what: ', '.join(place.name for place in places) or 'none'
+                     for what, places in (('targets', self._targets), ('zones', self._zones))})
 
     def _fault(self) -> str:
-        """Return which targets tf does not know; empty: it knows all."""
-        lost = sorted(target.name for target in self._targets if target.frame_id in self._frames.lost)
-        return f"no transform of {', '.join(lost)}" if lost else ''
+        """Return which targets, zones and robot frame tf does not know; empty: it knows all."""
+        lost = self._frames.lost
+        names = sorted(name for name, frame in self._places if frame in lost)
+        names += [self._params.robot_frame] if self._params.robot_frame in lost else []
+        return f"no transform of {', '.join(names)}" if names else ''
 
     def _get_people(self, _request: GetPeopleRequest) -> GetPeopleResponse:
         """Return the people that are there, for state machines; raises ServiceException while no messages come."""
         if self._input.has_ended:
             raise rospy.ServiceException('no people come: is the extractor running?')
-        return GetPeopleResponse(summary_to_message(*self._present))
+        return GetPeopleResponse(self._present)
 
     def _process(self, message: PersonDetection_3dArray) -> None:
         fixed_frame = self._params.fixed_frame
@@ -127,7 +136,11 @@ class SignalsNode:
         for person in array.persons:
             self._persons.publish(person)
         self._input.heard()
-        self._present = self._reader.present, header
+        poses = [self._frames.known(zone.frame_id, header) for zone in self._zones]
+        zones = self._zone_watch.update(people, header.stamp.to_sec(), poses)
+        present = nearest_first(self._reader.present, self._robot(header, pose, up), up)
+        self._present = summary_to_message(present, zones, header, self._params.robot_frame)
+        self._summary.publish(self._present)
         if self._shown.get_num_connections() > 0:
             for marker in self._markers.markers(persons, header.stamp.to_sec(), up):
                 self._shown.publish(convert.marker_to_message(marker, header))
@@ -140,6 +153,12 @@ class SignalsNode:
             self._turned = frame
             self._broadcaster.sendTransform(convert.upright_transform(header))
         return frame
+
+    def _robot(self, header: Header, camera: Transform, up: np.ndarray) -> Optional[Transform]:
+        """Return what takes points of the robot, x forwards, to the frame of a header; None: tf does not know it."""
+        if self._params.robot_frame:
+            return self._frames.known(self._params.robot_frame, header)
+        return forward_view(camera, up)
 
     def _known_targets(self, header: Header) -> List[Target]:
         """Return where the targets are now; those that tf does not know are left out."""

@@ -6,8 +6,8 @@ import pytest
 
 from animated_skeleton import ADULT, CHILD, SIGMA, STANDING, people_of, without
 from capsule_rows import rows
-from openpose_ros_bridges.capsules import CAPSULES, PARTS, capsules_of, reaches_of
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
+from openpose_ros_signals.capsules import CAPSULES, PARTS, capsules_of, reaches_of
 from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 

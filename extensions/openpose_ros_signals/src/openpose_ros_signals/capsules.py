@@ -2,6 +2,7 @@
 
 A part whose joints are MISSING is anywhere within reach of those that are known: `reaches_of`.
 """
+import math
 from dataclasses import dataclass, fields
 from typing import NamedTuple, Tuple
 
@@ -196,6 +197,14 @@ def bone_paths(constants: CapsuleConstants = CAPSULES, body: BodyConstants = BOD
     for middle in range(len(POINTS)):  # Floyd and Warshall
         paths = np.minimum(paths, paths[:, [middle]] + paths[[middle]])
     return paths
+
+
+def tail(deviations: np.ndarray) -> np.ndarray:
+    """Return the probability that Student's t with three degrees of freedom is greater, by its standard deviations.
+
+    Errors of ends along a line have it, with sigma / sqrt(3) as standard deviation.
+    """
+    return 0.5 - (np.arctan(deviations) + deviations / (1 + deviations ** 2)) / math.pi
 
 
 def _radii(constants: CapsuleConstants) -> np.ndarray:
