@@ -32,7 +32,7 @@ class ExistenceConstants:
     score_scale: float = constant(0.08, 'A score higher by this multiplies the odds by e.')
     least_evidence: float = constant(0.1, 'Least logarithm of the likelihood ratio of an accepted detection.')
     unseen: float = constant(
-        0.35, 'Probability before the first detection: one that tells little is not reported until the next.',
+        0.4, 'Probability before the first detection: one that tells little is not reported until the next.',
         source='trials.md, PP-TinyPose')
     born: float = constant(0.8, 'Greatest probability after one detection.')
     most: float = constant(0.995, 'Greatest probability: every track may be wrong.')
