@@ -50,16 +50,13 @@ WEBCAM_RATE, FIRST_FRAME = 6.0, 35
 HOLDS = 0.3
 WRISTS = ('left_wrist', 'right_wrist')
 LICENCE = 'Images: Pose2Sim, BSD-3-Clause, Copyright (c) 2022, perfanalytics.'
-TEXT = '''The multi-person demo of Pose2Sim 0.10.49 (BSD-3-Clause), fetched from PyPI: four cameras of
-1088 x 1920 pixels, 1.67 s at 60 Hz, calibrated by Qualisys. Three people stay where they are: one far behind, one
-rendered into the images, in cam03 about 35 px beside the place that the file asks for, and one that all four see.
-Caliscope (BSD-2-Clause): four webcams of 1280 x 720 pixels, 9.5 s at 6 Hz, a metre from a seated person of unknown
-stature with a ChArUco board, which calibrates them. People are found by the default chain, and fused. Reprojection:
-distance of fused joints from keypoints.
+TEXT = '''The multi-person demo of Pose2Sim 0.10.49: four cameras, 1.67 s at 60 Hz, calibrated by Qualisys. Three people
+stay where they are: one far behind, one rendered into the images, and one that all four see. Caliscope (BSD-2-Clause):
+four webcams at 6 Hz, a metre from a seated person of unknown stature with a ChArUco board, which calibrates them.
 
 The calibration by the people alone, with the mean stature of adults, is compared to the first camera, as is what it
-states (1 sigma). Scale: distance by the people through the true one. The file of Qualisys does not fit its images
-exactly: reflectors and bolts of the treadmill are up to 15 px beside their pixels; 29 px are one degree.'''
+states (1 sigma). The file of Qualisys does not fit its images exactly: reflectors and bolts of the treadmill are up to
+15 px beside their pixels; 29 px are one degree.'''
 
 
 class Camera(NamedTuple):

@@ -17,8 +17,7 @@ from scoring.figures import Ratio, few_scenes, figures
 from scoring.signals import LABELS, MARGIN, STATISTICS, Label, Person, score_signals
 from skeleton_extract_3d.points.transform import transform_people
 
-POINTING = ('f1', 'arm', 'point_given', 'point_10', 'point_15', 'point_20', 'point_median',
-            *(name for name in STATISTICS if name.startswith(('eye_', 'shoulder_'))))
+POINTING = 'f1', 'arm', 'point_given', 'point_15', 'point_median', 'eye_sigmas_2', 'shoulder_sigmas_2'
 FALSE = {'false_per_minute': Ratio('gestures per minute of a scene that the true joints do not make',
                                    lambda counts: 60 * counts.sums['false'], lambda counts: counts.sums['seconds'],
                                    digits=2)}
