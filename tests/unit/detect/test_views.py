@@ -51,6 +51,18 @@ def refined(network, person, margin=1.6, mirror=False, size=SIZE, centred=False)
     return most_alike(found, person, person[None], SIGMAS)
 
 
+@pytest.mark.parametrize('columns', [None, (40, 200)])
+def test_boxes_in_the_mirror_image_come_back_to_their_place(columns):
+    image = np.zeros((120, 240, 3), np.uint8)
+    image[30:70, 60:90] = 255
+    views = prepare_views(image, NetworkPass(MOVENET_MULTIPOSE, (256, 256), mirror=True), columns)
+    for view in views:
+        rows, places = np.nonzero(view.input.max(axis=2) > 128)
+        seen = np.array([[places.min(), rows.min(), places.max(), rows.max()]], np.float32)
+        np.testing.assert_allclose(view.view.boxes_in_image(seen), [[60, 30, 89, 69]], atol=1.0)
+    assert [view.view.mirror for view in views] == [False, True]
+
+
 @pytest.mark.parametrize('centred', [False, True], ids=['cut off', 'centred'])
 @pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])
 @pytest.mark.parametrize('x, y, height', [

@@ -1,17 +1,24 @@
 """Sigma: of 100 joints, 95 are within 2 sigma."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from chain_runs import Finder
 from common import SCENES, scenes_of
+from estimating import update
 from openpose_ros_pkg.networks.model_registry import MODELS
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15
 from optional_weights import need_weights
 from scoring.people import score_people
 from skeleton_extract_3d.chain_settings import ChainSettings
+from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.estimator import PeopleEstimator
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.calibration import calibrated
+from synthetic_scene import Person, Room, pinhole, render, standing
 
 FRAMES = 12
 
@@ -41,6 +48,18 @@ def test_sigma_keeps_the_order_of_what_is_stated(skeleton):
             found = calibrated(people).sigma
             assert (np.diff(found, axis=0) > 0).all() and (found >= before).all()
             before = found
+
+
+def test_sigma_is_calibrated_where_people_leave_the_estimator():
+    sigma = METHOD.track.sigma
+    as_stated = replace(METHOD, track=replace(METHOD.track, sigma=replace(
+        sigma, joints=0 * sigma.joints, evidence=0 * sigma.evidence)))
+    frame = render(pinhole(480, 270), [Person(1, 0.1, 2.6, standing())], Room(wall=3.1))
+    told, stated = (update(PeopleEstimator(build(EstimatorSettings, {}), method=method), frame, 1.0).people
+                    for method in (METHOD, as_stated))
+    np.testing.assert_array_equal(told.xyz, stated.xyz)
+    np.testing.assert_allclose(told.sigma, calibrated(stated).sigma)
+    assert not np.allclose(told.sigma, stated.sigma, equal_nan=True)
 
 
 def test_without_people_joints_or_sigma_there_is_no_sigma():
