@@ -29,6 +29,8 @@ def write(path: Path, changed: Callable[[str], str]) -> None:
 
 def with_section(changelog: str, version: str, day: str) -> str:
     """Return a changelog whose forthcoming changes are those of a version; without any it says so."""
+    if f'\n{version} (' in changelog:
+        die(f'{version} is in a changelog already')
     title = f'{version} ({day})'
     section = f'{title}\n{"-" * len(title)}\n'
     if _FORTHCOMING in changelog:

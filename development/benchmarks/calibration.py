@@ -6,7 +6,7 @@ changes of sigma minimise the quantile loss of errors (Koenker and Bassett, Econ
 are within 2 sigma whatever is known of a joint. Sigma never falls where what is stated or the distance grows, nor grows
 with the share of joints that are MEASURED. Printed: the fields of `SigmaConstants`.
 
-    ./run bench calibration SCENE ... --out FOLDER     # keeps what was counted
+    ./run bench calibration SCENE ... --out FOLDER     # keeps what was counted; empty it after changes
 """
 import sys
 from pathlib import Path
@@ -33,9 +33,9 @@ from skeleton_extract_3d.track.feet import FEET
 RUNS = (('fast', 0.0), ('fast', 0.6), ('balanced', 0.0), ('balanced', 0.6))
 # Share of the errors that 2 sigma is to hold: some more than what is said, as scenes differ.
 WITHIN = 0.955
-# Weight of the squared changes, in units of the mean loss; width of the rounded corner of the loss.
+# Weight of the squared changes, in units of the mean loss; width of the rounded corner of the loss. Chosen.
 RIDGE, CORNER = 3e-4, 0.03
-# Least factor of sigma where what is stated grows: less would turn their order.
+# Least factor of sigma where what is stated grows: less would turn their order. Chosen.
 ORDER = 0.9
 
 

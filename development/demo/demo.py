@@ -185,7 +185,9 @@ def take_pictures(session: Session, arguments: argparse.Namespace, folder: Path,
     sequence = None if arguments.bag else RgbdSequence.read(arguments.images or SHIPPED)
     truth_file = (arguments.images or SHIPPED) / 'gt.json'
     truth = json.loads(truth_file.read_text()) if sequence is not None and truth_file.is_file() else None
-    choices: Dict[str, List[int]] = {'rviz.png': []} if truth is None else both_in_view(truth)
+    choices: Dict[str, Optional[List[int]]] = {'rviz.png': None}
+    if truth is not None:
+        choices = {**both_in_view(truth)}
     if arguments.screenshots and sequence is not None:
         choices = {f'rviz_{frame:03d}.png': [frame] for frame in range(0, len(sequence), 2)}
     viewer = None
@@ -195,8 +197,8 @@ def take_pictures(session: Session, arguments: argparse.Namespace, folder: Path,
         picture = viewer.show(moment, folder / name)
         if truth is not None:
             errors = errors_of(picture, moment, viewer.pose(moment), truth)
-            print(f'[demo] {name}: {len(errors)} visible joints, drawn {np.median(errors):.0f} px from the true ones '
-                  '(median)')
+            far = f', drawn {np.median(errors):.0f} px from the true ones (median)' if errors.size else ''
+            print(f'[demo] {name}: {len(errors)} visible joints{far}')
 
 
 def cloud_of(arguments: argparse.Namespace, sequence: Optional[RgbdSequence], frame: int, header: Header

@@ -1,7 +1,7 @@
 """Pictures of RViz: it gets what was recorded of one frame, so that cloud, image and people have one stamp."""
 import time
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple, Sequence
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -20,6 +20,7 @@ from openpose_ros_bringup.view import DISTANCE, PITCH, viewpoint
 from openpose_ros_pkg.output.draw import person_colour
 from session import Session, SessionError
 from skeleton_extract_3d.people import MEASURED
+from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import LEVEL, Transform
 from skeleton_extract_3d.ros import convert
 
@@ -54,17 +55,18 @@ class Moment(NamedTuple):
 def both_in_view(truth: Dict[str, Any]) -> Dict[str, List[int]]:
     """Return the frames for each picture, the best first: before a person is hidden by another one, and while one is.
 
-    `truth`: the content of gt.json.
+    A picture without frames is left out. `truth`: the content of gt.json.
     """
     people = [[one['vis'] for one in frame['people']] for frame in truth['frames']]
     first = next((frame for frame, seen in enumerate(people) if any(HIDDEN in one for one in seen)), len(people))
     behind = [frame for frame, seen in enumerate(people) if any(one.count(VISIBLE) <= FEW for one in seen)]
     middle = len(behind) // 2
-    return {'rviz.png': list(range(first))[::-1], 'rviz_hidden.png': behind[middle:] + behind[:middle]}
+    pictures = {'rviz.png': list(range(first))[::-1], 'rviz_hidden.png': behind[middle:] + behind[:middle]}
+    return {name: frames for name, frames in pictures.items() if frames}
 
 
-def choose(bag: Path, choices: Dict[str, List[int]]) -> Dict[str, rospy.Time]:
-    """Return a stamp for each name: of its frames (empty: any), that with most people, most measured joints, the first
+def choose(bag: Path, choices: Dict[str, Optional[List[int]]]) -> Dict[str, rospy.Time]:
+    """Return a stamp for each name: of its frames (None: any), that with most people, most measured joints, the first
     in the list.
     """
     with rosbag.Bag(str(bag)) as opened:
@@ -75,8 +77,8 @@ def choose(bag: Path, choices: Dict[str, List[int]]) -> Dict[str, rospy.Time]:
     chosen = {}
     for name, wanted in choices.items():
         answered = [(len(people[stamp]), (people[stamp].status == MEASURED).sum(),
-                     -wanted.index(frames[stamp]) if wanted else 0, stamp)
-                    for stamp in images & set(people) if not wanted or frames.get(stamp) in wanted]
+                     0 if wanted is None else -wanted.index(frames[stamp]), stamp)
+                    for stamp in images & set(people) if wanted is None or frames.get(stamp) in wanted]
         if answered:
             chosen[name] = max(answered)[-1]
     return chosen
@@ -121,7 +123,7 @@ class Viewer:
                                              'signals:=false', 'rviz:=true', f'fixed_frame:={self._fixed}'])
 
     def show(self, moment: Moment, path: Path) -> np.ndarray:
-        """Write a picture as soon as RViz has drawn a moment, and return it."""
+        """Write a picture as soon as RViz has drawn the joints of a moment that are in its view, and return it."""
         self._clock.publish(Clock(moment.people.header.stamp))
         last = np.zeros(0)
         deadline = time.monotonic() + OPENING
@@ -134,10 +136,13 @@ class Viewer:
             if not (picture == BACKGROUND).all(axis=2).any():  # it opens
                 continue
             drawn = drawn_joints(picture, moment, self.pose(moment))
-            if drawn.size and drawn.mean() >= SHARE and last.size and (picture == last).mean() >= ALIKE:
+            if (not drawn.size or drawn.mean() >= SHARE) and last.size and (picture == last).mean() >= ALIKE:
                 return picture
             last = picture
-        raise SessionError(f'RViz has not drawn {path.name}')
+        if self._nodes.poll() is not None or not last.size:
+            raise SessionError(f'RViz has not drawn {path.name}')
+        print(f'[demo] {path.name}: RViz has not drawn all joints in {OPENING:.0f} s', flush=True)
+        return last
 
     def pose(self, moment: Moment) -> Transform:
         """Return the transform from the frame of the people to RViz's fixed frame."""
@@ -148,23 +153,37 @@ class Viewer:
 
 
 def project(points: np.ndarray, camera: Transform, picture: np.ndarray) -> np.ndarray:
-    """Return where RViz shows points (N, 3) [m] of a camera that has this pose in the fixed frame, (N, 2) [px]."""
-    rows, columns = np.nonzero((picture == BACKGROUND).all(axis=2))
-    left, right, top, bottom = columns.min(), columns.max() + 1, rows.min(), rows.max() + 1
+    """Return where RViz shows points (N, 3) [m] of a camera that has this pose in the fixed frame, (N, 2) [px].
+
+    NaN: outside of its view.
+    """
+    (left, top), (right, bottom) = _scene(picture)
     focal, yaw = viewpoint([camera])
     back = np.array([np.cos(yaw) * np.cos(PITCH), np.sin(yaw) * np.cos(PITCH), np.sin(PITCH)])
     across = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
     axes = np.stack([across, np.cross(across, back), -back])
-    seen = (points @ camera[0].T + camera[1] - focal - DISTANCE * back) @ axes.T
     scale = (bottom - top) / 2 / np.tan(FIELD_OF_VIEW / 2)
-    return np.array([(left + right) / 2, (top + bottom) / 2]) + scale * seen[:, :2] / seen[:, 2:]
+    matrix = np.array([[scale, 0, (left + right) / 2], [0, scale, (top + bottom) / 2], [0, 0, 1]])
+    view = CameraModel(picture.shape[1], picture.shape[0], matrix)
+    places = view.project((points @ camera[0].T + camera[1] - focal - DISTANCE * back) @ axes.T)
+    with np.errstate(invalid='ignore'):
+        inside = ((places >= (left, top)) & (places < (right, bottom))).all(axis=1)
+    return np.where(inside[:, np.newaxis], places, np.nan)
+
+
+def _scene(picture: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the corners of RViz's scene in a picture, by the background: left and top, right and bottom [px]."""
+    pixels = np.argwhere((picture == BACKGROUND).all(axis=2))[:, ::-1]
+    return pixels.min(axis=0), pixels.max(axis=0) + 1
 
 
 def drawn_joints(picture: np.ndarray, moment: Moment, camera: Transform) -> np.ndarray:
-    """Return whether each measured joint is drawn in the colour of its person, (N,) bool."""
-    people = convert.people_from_array(moment.people)
-    return np.concatenate([_is_drawn(picture, project(xyz[status == MEASURED], camera, picture), person)
-                           for person, xyz, status in zip(people.ids.tolist(), people.xyz, people.status)] or [[]])
+    """Return whether each measured joint in RViz's view is drawn in the colour of its person, (N,) bool."""
+    people, drawn = convert.people_from_array(moment.people), [np.zeros(0, bool)]
+    for person, xyz, status in zip(people.ids.tolist(), people.xyz, people.status):
+        places = project(xyz[status == MEASURED], camera, picture)
+        drawn.append(_is_drawn(picture, places[np.isfinite(places).all(axis=1)], person))
+    return np.concatenate(drawn)
 
 
 def _is_drawn(picture: np.ndarray, places: np.ndarray, person: int) -> np.ndarray:
@@ -177,21 +196,22 @@ def _is_drawn(picture: np.ndarray, places: np.ndarray, person: int) -> np.ndarra
 
 
 def errors_of(picture: np.ndarray, moment: Moment, camera: Transform, truth: Dict[str, Any]) -> np.ndarray:
-    """Return how far each visible true joint is from where its person's is drawn [px], (N,); infinite: not drawn.
+    """Return how far each visible true joint in RViz's view is from where its person's is drawn [px], (N,).
 
-    `truth`: the content of gt.json.
+    Infinite: not drawn. `truth`: the content of gt.json.
     """
-    people, errors = convert.people_from_array(moment.people), []
+    people, errors = convert.people_from_array(moment.people), [np.zeros(0)]
     joints = [people.skeleton.index[name] for name in truth['joints']]
     for person in truth['frames'][moment.frame]['people']:
         visible, xyz = np.array(person['vis']) == VISIBLE, np.array(person['xyz'], float)
-        found = people.xyz[:, joints]
-        if not len(found):
-            return np.full(1, np.inf)
-        one = np.nanmedian(np.linalg.norm(found - xyz, axis=2), axis=1).argmin()
-        places = project(found[one][visible], camera, picture)
-        off = np.linalg.norm(places - project(xyz[visible], camera, picture), axis=1)
-        known = np.isfinite(off)
-        known[known] = _is_drawn(picture, places[known], int(people.ids[one]))
-        errors.append(np.where(known, off, np.inf))
+        there = project(xyz[visible], camera, picture)
+        off = np.full(len(there), np.inf)
+        if len(people):
+            found = people.xyz[:, joints]
+            one = np.nanmedian(np.linalg.norm(found - xyz, axis=2), axis=1).argmin()
+            places = project(found[one][visible], camera, picture)
+            known = np.flatnonzero(np.isfinite(places).all(axis=1))
+            known = known[_is_drawn(picture, places[known], int(people.ids[one]))]
+            off[known] = np.linalg.norm(places - there, axis=1)[known]
+        errors.append(off[np.isfinite(there).all(axis=1)])
     return np.concatenate(errors)

@@ -35,7 +35,7 @@ JOINT = np.dtype([('joint', 'u1'), ('label', 'u1'), ('status', 'u1'), ('distance
 ACCELERATION = np.dtype([('error', 'f8')])
 # Joints of BODY_25 that are those of COCO_18, and toes and heels.
 _BODY_ROWS, _FEET_ROWS = ([BODY_25.index[name] for name in names] for names in (COCO_18.joints, FEET))
-# Kinds of scenes in which nobody lies, sits or kneels. A visible toe or heel is right within this [m].
+# Kinds of scenes in which no person lies, sits or kneels. A visible toe or heel is right within this [m].
 UPRIGHT = ('stand', 'turn', 'walk', 'cross', 'meet', 'hand_over', 'hug', 'group')
 NEAR_FOOT = 0.06
 

@@ -53,7 +53,7 @@ LIMBS = ('right_ankle', 'right_knee', 'right_hip', 'left_hip', 'left_knee', 'lef
 NEAR_ENOUGH, LEAST_TORSO = 0.2, 10.0
 TEXT = '''`--data real=FOLDER`, with a folder of each. COCO: AP in 80 photographs, on which modes were tuned. Leeds
 Sports Poses: share of visible limb joints within 0.2 of the torso (PCK), best person in each of 200 photographs of
-athletes. In recordings, people of whom a third of head or trunk is seen were marked by hand, and are found where head
+athletes. In recordings, people with a third of head or trunk visible were marked by hand, and are found where head
 and shoulders of one are at the mark.
 
 Limbs are drawn in full, those with an INFERRED end dashed, INFERRED joints as circles; right: over the depth, red
@@ -118,7 +118,7 @@ RECORDINGS = {
             "A robot's Xtion. Wrong: the wrist with the phone is INFERRED; people who sit have legs that stand.")),
     'hsr_2': Recording('hsr_bags/2019-05-03-12-42-18.bag', frames_of_bag, [[
         (348, 116, 55), (10, 240, 30), (33, 240, 18), (48, 215, 12), (70, 240, 25), (104, 242, 20), (146, 255, 18),
-        (168, 255, 14), (282, 238, 14), (570, 227, 22)]], (0,), 'Of those who sit two are found.'),
+        (168, 255, 14), (282, 238, 14), (570, 227, 22)]], (0,), 'Two of the sitting people are found.'),
     'hsr_3': Recording('hsr_bags/2019-05-03-12-42-30.bag', frames_of_bag, [[
         (345, 118, 55), (12, 235, 30), (35, 230, 18), (62, 242, 25), (146, 255, 18), (168, 255, 14), (234, 247, 14),
         (282, 240, 14), (515, 232, 16), (574, 227, 22)]], (0,), (

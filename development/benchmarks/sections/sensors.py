@@ -3,7 +3,6 @@
 What is lost is compared on the same shapes: holes of the real depth are filled with their nearest depth, and the sensor
 of `./run bench render` measures the result.
 """
-from pathlib import Path
 from typing import Dict, List, NamedTuple
 
 import cv2
@@ -28,9 +27,13 @@ ROWS = {'lost': 'lost, of all', 'holes': 'small holes in near surfaces', 'far': 
 
 
 class Camera(NamedTuple):
-    """Images of a camera: focal length of the images and of the sensor [px], baseline [m], `raw` of the model."""
+    """Images of a camera, a pattern in a folder, focal length of the images and of the sensor [px], baseline [m].
+
+    `raw`: of the model.
+    """
 
     title: str
+    folder: str
     images: str
     focal: float
     sensor_focal: float
@@ -38,15 +41,16 @@ class Camera(NamedTuple):
     raw: float
 
 
-CAMERAS = {'d415': Camera('D415, raw', 'vcl_rs_depth/*.png', 482, 482, 0.055, 1),
-           'd435': Camera('D435, filtered', 'rs_two_people_n40/depth/*0.png', 617, 383, 0.050, 0)}
+CAMERAS = {'d415': Camera('D415, raw', 'vcl_rs_depth', '*.png', 482, 482, 0.055, 1),
+           'd435': Camera('D435, filtered', 'rs_two_people_n40', 'depth/*0.png', 617, 383, 0.050, 0)}
 
 
 def measure(options: Options) -> Section:
     """Compare each camera with its model."""
-    folder, found, columns = options.folder('real'), {}, [['', *ROWS.values()]]
+    found: Dict[str, Figure] = {}
+    columns: List[List[object]] = [['', *ROWS.values()]]
     for name, camera in CAMERAS.items():
-        place(options, 'real', Path(camera.images).parts[0])
+        folder = place(options, name, camera.folder)
         depths = [cv2.imread(str(path), -1)[2:-2] / np.float32(1000) for path in sorted(folder.glob(camera.images))]
         shapes = [filled(depth) for depth in depths]
         for part, title, images in (('real', camera.title, depths),

@@ -3,9 +3,10 @@
     rosrun openpose_ros_pkg show_stages IMAGE -o FOLDER
     rosrun openpose_ros_pkg show_stages IMAGE --depth DEPTH.png --camera camera.yaml -o FOLDER
 
-Writes input, heat maps, limb fields, candidates, opinions and people, and all of them as stages_2d.jpg. With a depth
-image, the program of this name in skeleton_extract_3d goes on: stages_3d.jpg shows the keypoints on the depth image,
-which joints are visible, and for each person the samples and candidate depths of all joints.
+Writes input, opinions and people, and all of them as stages_2d.jpg; of networks with part affinity fields also heat
+maps, limb fields and candidates (--set net_input_width=656 chooses such networks). With a depth image, the program of
+this name in skeleton_extract_3d goes on: stages_3d.jpg shows the keypoints on the depth image, which joints are
+visible, and for each person the samples and candidate depths of all joints.
 """
 import argparse
 import os

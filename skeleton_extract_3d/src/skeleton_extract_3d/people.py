@@ -43,8 +43,8 @@ class People3D:
         xyz: (P, K, 3) float32 [m]; NaN where MISSING.
         confidence: (P, K) float32 [0..1] of the 2D detection; 0 where the joint was not detected.
         status: (P, K) uint8: MISSING, MEASURED or INFERRED.
-        sigma: (P, K) float32 [m], of 100 joints 95 are within 2 sigma, see `track.calibration`; NaN where MISSING or
-            not estimated.
+        sigma: (P, K) float32 [m], root mean square distance of the true position from xyz; of people by one camera with
+            depth 95 of 100 joints are within 2 sigma, see `track.calibration`; NaN where MISSING or not estimated.
         ids: (P,) int64 track ids.
         velocity: (P, K, 3) float32 [m/s]; NaN where MISSING or not estimated, which is everywhere by default.
         existence: (P,) float64 probability that each person is there [0..1]; 1 by default.

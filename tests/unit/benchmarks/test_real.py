@@ -72,8 +72,8 @@ def test_people_count_where_they_are_marked(frame):
     for mark, found in (((375, 250, 10), 1), ((385, 250, 10), 0)):
         recording = Recording('', frames_of_folder, [[mark, (100, 100, 10)]], cloth=[2.0])
         assert counted(people, frame, recording, 0) == (found, 2, 1 - found, 1, 2)
-    nobody = person(MEASURED)
-    assert counted(nobody, frame, Recording('', frames_of_folder, [[(375, 250, 10)]]), 0) == (0, 1, 1, 0, 0)
+    no_trunk = person(MEASURED)
+    assert counted(no_trunk, frame, Recording('', frames_of_folder, [[(375, 250, 10)]]), 0) == (0, 1, 1, 0, 0)
 
 
 @pytest.mark.parametrize(('off', 'right'), [(19, 10), (21, 0)])

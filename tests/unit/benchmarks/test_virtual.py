@@ -55,7 +55,7 @@ def test_a_visible_person_without_a_report_is_lost_a_hidden_one_is_not():
     assert (sums['plain'], sums['lost'], sums['ghosts'], sums['answered']) == (3, 1, 0, 2)
 
 
-def test_a_report_of_nobody_is_a_ghost():
+def test_a_report_without_a_person_is_a_ghost():
     sums = tallied((moment(0, p1=HERE), answer(0, i5=HERE, i6=NOWHERE)), (moment(1), answer(1, i5=HERE)))
     assert (sums['found'], sums['ghosts'], sums['lost']) == (3, 2, 0)
 

@@ -227,6 +227,7 @@ def test_without_a_camera_and_without_a_chain():
     ('subscribers', with_node(level=1, text='bad input: x'), 'bad input: x', f'rosnode info {NODE}'),
     ('subscribers', with_node(with_points(points=DepthImage(0 * METRES, model())), level=1, text='no depth: 0 %'),
      'no depth', ''),
+    ('subscribers', replace(with_node(level=1, text='no depth: 0 %'), cameras=[]), 'no depth', ''),
     ('subscribers', replace(WELL, nodes=[]), 'does not run', f'depth:={DEPTH.topic} rviz:=true'),
     ('subscribers', with_camera(node='', preset='astra'), 'reads other topics', 'camera:=astra'),
     ('subscribers', with_camera(node='', preset='astra', namespace='left'), 'reads other topics',
@@ -271,7 +272,7 @@ def test_where_the_driver_is_known_no_depth_that_is_not_registered_is_proposed(d
 
 def test_no_people_is_said_but_not_wrong():
     found = diagnose(replace(WELL, people=[0] * 40))['subscribers']
-    assert found[0].state == RIGHT and 'is anyone in view?' in found[0].text
+    assert found[0].state == RIGHT and 'are people in view?' in found[0].text
 
 
 def test_report_has_a_line_to_type_below_what_is_wrong():

@@ -115,8 +115,12 @@ def test_what_is_not_known_is_not_empty(tmp_path):
     assert state(far) == [EMPTY, EMPTY]
     assert state(far, None, IDENTITY) == [UNKNOWN, EMPTY]
     assert state(without(far, COCO_18.joints)) == [UNKNOWN, UNKNOWN], 'a person that may be anywhere'
+    near = 2.0 - extent(standing((0.0, 0.0)))[1] - 0.1  # 0.1 m before the box
     armless = without(standing((3.5, 0.0)), ('right_elbow', 'right_wrist'))
     assert state(armless) == [UNKNOWN, EMPTY], 'a hidden arm within reach'
+    watch, unsure = ZoneWatch(zones[:1]), without(standing((near, 0.0), sigma=1.0), ('right_elbow', 'right_wrist'))
+    assert watch.update(standing((9.0, 0.0)), 0.0, [IDENTITY])[0].state == EMPTY
+    assert watch.update(unsure, 0.1, [IDENTITY])[0].state == UNKNOWN, 'that it was outside tells nothing of the arm'
     both = standing((2.5, 0.0), (9.0, 0.0))
     assert state(both) == [OCCUPIED, EMPTY]
     assert ZoneWatch(()).update(both, 0.0, ()) == ()

@@ -38,7 +38,7 @@ def measure(options: Options) -> Section:
              for key, figure in found[name].items()}
     shown = {name: each for name, each in bins.items() if name in ('all', 'MEASURED', 'INFERRED') or 'mm' in name}
     return Section('Sigma is calibrated on other scenes: of 100 joints 95 are to be within 2 sigma; within 1 are more '
-                   'than the 61 of normal errors. Scenes of the section on accuracy, mode balanced.', named,
+                   'than the 42 of normal errors. Scenes of the section on accuracy, mode balanced.', named,
                    [Table('', rows_of(shown, STATISTICS, COLUMNS, 'joints'))], [picture])
 
 
@@ -56,7 +56,10 @@ def bins_of(counts: Sequence[Counts]) -> Dict[str, List[Counts]]:
 
 
 def uncalibrated(counts: Counts) -> Counts:
-    """Return counts with sigma as it is before its calibration, by bisection: calibrated sigma grows with it."""
+    """Return counts with sigma before its calibration, by bisection, as calibrated sigma grows with it.
+
+    It takes the true distance in place of the estimated one.
+    """
     rows = counts.rows['joints'].reshape(-1, len(COCO_18.joints))
     evidence, inferred = (share_measured(rows['status']), rows['distance']), rows['status'] == INFERRED
     kinds, low, high = kinds_of(COCO_18.joints), rows['sigma'] / 10, rows['sigma'] * 10

@@ -56,7 +56,8 @@ class SeparationConstants:
     limbs: float = constant(2.0, 'Limbs move at most this fast about the joint where they begin.', unit='m/s',
                             source='ISO 13855, upper limbs')
     inferred_error: float = constant(2.0, 'Error of an INFERRED joint, of its sigma; of a MEASURED one it is 1.',
-                                     unit='share', source=_MEASURED_ON + ': 99 % of the errors along a line')
+                                     unit='share', source=_MEASURED_ON + (
+                                         ': 99 % of the errors along a line, before calibration made sigma greater'))
     inferred_end_error: float = constant(1.4, 'The same of the end of a limb, and of a knee.', unit='share',
                                          source='as `inferred_error`')
     speed_error: float = constant(0.42, "Root mean square error of a trunk joint's velocity; of others as much more as "
@@ -150,7 +151,8 @@ class SeparationEstimator:
         if self._view is None:
             return found._replace(bound=0.0, reason='no camera info: what the camera sees is not known')
         hiding = known.where(known.status != MISSING)
-        balls = np.insert(hiding.ends, 1, hiding.ends.mean(axis=1), axis=1).reshape(-1, 3)  # both ends and the middle
+        # three balls along a part leave gaps of centimetres, less than guard_margin
+        balls = np.insert(hiding.ends, 1, hiding.ends.mean(axis=1), axis=1).reshape(-1, 3)
         hidden = self._view.hidden_distances(links.centres, balls, np.repeat(hiding.radii, 3))
         inside = self._view.depths_inside(links.centres, self._params.guard_range)
         free = np.minimum(inside, hidden) - links.radii - links.away

@@ -84,7 +84,7 @@ def nearest_first(present: Sequence[Present], robot: Optional[Transform], up: np
     """Return people with their distances and bearings, the nearest first, those without a known place last.
 
     Args:
-        robot: takes points of the robot, x forwards, to the frame of the people; None: not known.
+        robot: takes points of the robot, x forwards, to the frame of the people; None: not known, nor is the order.
         up: (3,) unit vector.
     """
     if robot is None:

@@ -113,7 +113,7 @@ class PersonSignals:
     """What one person does at one time."""
 
     id: int
-    place: np.ndarray  # (3,) [m], the middle of the trunk; NaN if hidden
+    place: np.ndarray  # (3,) [m], the middle of the trunk, estimated where it is hidden; NaN: no joint is known
     posture: Posture = Posture()
     gestures: Tuple[Gesture, ...] = ()  # all that hold
     body: Optional[Facing] = None  # None: hidden

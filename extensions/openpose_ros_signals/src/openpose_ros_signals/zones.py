@@ -27,7 +27,7 @@ UNKNOWN, EMPTY, OCCUPIED = 0, 1, 2
 # Points along a capsule whose distances are told: of a thigh, 5 cm apart.
 _SHARES = np.linspace(0.0, 1.0, 9)
 _SHAPES = {'box': 'two corners [[x, y, z], [x, y, z]] that differ in x, y and z',
-           'polygon': 'three or more corners [[x, y], ...] around an area, with z',
+           'polygon': 'three or more corners [[x, y], ...] around an area, none twice running, with z',
            'z': 'lowest and highest [z, z], with polygon'}
 _KEYS = 'name, frame_id, and box or polygon and z'
 
@@ -38,6 +38,7 @@ class ZoneConstants:
 
     entered: float = constant(0.7, 'A person enters with this probability.', source='chosen; trials.md, zones')
     left: float = constant(0.3, 'And leaves with this one.', source='chosen: as far from one half')
+    gap: float = constant(SIGNALS.person.gap, 'After a longer time without people all begins anew.', unit='s')
 
 
 class Zone(NamedTuple):
@@ -74,7 +75,7 @@ class ZoneWatch:
 
         `poses` take points of each zone's frame to that of the people; None: not known.
         """
-        if not 0 <= stamp - self._stamp <= SIGNALS.person.gap:
+        if not 0 <= stamp - self._stamp <= self._constants.gap:
             self._inside, self._before = {}, {}
         self._stamp = stamp
         if self._zones:
@@ -107,7 +108,7 @@ class ZoneWatch:
     def _is_inside(self, chance: float, may_be: bool, before: Optional[bool]) -> Optional[bool]:
         if chance >= self._constants.entered:
             return True
-        if chance > self._constants.left:
+        if chance > self._constants.left and (before or not may_be):
             return before
         return None if may_be else False
 

@@ -21,7 +21,8 @@ class BoxConstants:
     picodet_person: float = constant(
         0.15, 'Score that a box of PicoDet needs: what sees the person in it decides.', source='trials.md, PP-TinyPose')
     picodet_overlap: float = constant(
-        0.6, 'The same as yolox_overlap, of PicoDet.', source='PaddleDetection, configs/picodet, nms_threshold')
+        0.6, 'The same as yolox_overlap, of PicoDet. Both also hold among the views of an image.',
+        source='PaddleDetection, configs/picodet, nms_threshold')
 
 
 BOXES = BoxConstants()

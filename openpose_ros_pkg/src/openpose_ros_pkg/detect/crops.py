@@ -13,7 +13,7 @@ from openpose_ros_pkg.detect.recipes import PERSON_BOX, CropRefinement, NetworkP
 from openpose_ros_pkg.detect.views import ComputedView, PreparedView, Setup, View, decode_views
 from openpose_ros_pkg.ensemble import ENSEMBLE, sigmas, similarity, surest
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses, keypoints_in
@@ -120,7 +120,8 @@ def found_by(one: NetworkPass, views: Sequence[ComputedView], bgr: np.ndarray, s
     found = [decode_boxes(view.outputs, least, view.view.net_size, one.model.decoder) for view in views]
     boxes = np.concatenate([view.view.boxes_in_image(each.boxes) for view, each in zip(views, found)])
     scores = np.concatenate([each.scores for each in found])
-    kept = without_overlap(boxes, scores, BOXES.picodet_overlap) if len(views) > 1 else np.arange(len(boxes))
+    overlap = BOXES.picodet_overlap if one.model.decoder == Decoder.PICODET else BOXES.yolox_overlap
+    kept = without_overlap(boxes, scores, overlap) if len(views) > 1 else np.arange(len(boxes))
     return [_in_boxes(Boxes(boxes[kept], scores[kept]), one.crop, bgr, setup, people)]
 
 

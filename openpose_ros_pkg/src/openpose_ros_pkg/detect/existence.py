@@ -40,7 +40,7 @@ class ExistenceConstants:
         1.0, 'Time in which the probability of a person outside of the image falls to 1/e.', unit='s')
     reported: float = constant(0.5, 'People are reported from this probability on.')
     ended: float = constant(0.05, 'Tracks end below this probability.')
-    free_view: float = constant(0.5, 'People of whom a smaller share is visible count as hidden.')
+    free_view: float = constant(0.5, 'People with a smaller visible share count as hidden.')
 
 
 EXISTENCE = ExistenceConstants()

@@ -94,7 +94,7 @@ class SearchPlan:
 
     @property
     def of_person(self) -> float:
-        """What the crops of a person take, with those of the feet in the mean [s]."""
+        """Time of the crops of a person, and the mean time of those of the feet [s]."""
         crops = sum(self.pace.of(one.model.name, one.size) for one in self.setup.recipe.refinements)
         return crops + FEET.share * self.pace.of(POSE_LANDMARK.name, BODY_CROP)
 

@@ -84,7 +84,7 @@ def _adjusted(recipe: Recipe, params: DetectorParams) -> Recipe:
     first = recipe.passes[0]
     mirror = first.mirror
     if params.mirror != 'auto':
-        mirror = params.mirror == 'always' and first.model.decoder == Decoder.PAF
+        mirror = params.mirror == 'always' and (first.model.decoder == Decoder.PAF or first.crop is not None)
     zooms = wanted_zooms(params, first.zooms)
     if first.model.input.stretched and first.model.input.fixed_size:
         zooms = (1.0,)  # the image fills the input
@@ -135,8 +135,7 @@ def _of_mode(params: DetectorParams, crop: Optional[CropRefinement]) -> Sequence
 
 def _sized(params: DetectorParams) -> bool:
     """Return whether the parameters ask for sizes, which PicoDet can not have."""
-    return any((params.net_input_width, params.net_input_height, params.num_scales, params.scale_gap,
-                params.mirror != 'auto'))
+    return any((params.net_input_width, params.net_input_height, params.num_scales, params.scale_gap))
 
 
 def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[Recipe]:
@@ -339,6 +338,8 @@ def _faster(recipe: Recipe) -> Tuple[Recipe, ...]:
 def _smaller(recipe: Recipe, scale: float) -> Recipe:
     """Return a recipe of one network with its input made smaller by a factor on the sides."""
     first, = recipe.passes
+    if first.model.input.fixed_size:
+        return recipe
     multiple = first.model.input.multiple_of
     width, height = (side if side < 0 else max(int(side * scale) // multiple, 1) * multiple for side in first.box)
     return replace(recipe, passes=(replace(first, box=(width, height)),))

@@ -140,7 +140,7 @@ class NetworkPass:
 
     model: Model  # the network
     box: Tuple[int, int]  # (width, height) that the image is fitted into [px]; one of them -1: as the other makes it
-    # factors on the box: part affinity fields are averaged over them, any other network gives an opinion for each
+    # factors on the box: fields are averaged over them, boxes put together, another network gives an opinion for each
     zooms: Tuple[float, ...] = (1.0,)
     # also over the mirror image: part affinity fields are averaged, boxes put together; no other network has it
     mirror: bool = False

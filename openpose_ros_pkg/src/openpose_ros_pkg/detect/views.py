@@ -93,7 +93,7 @@ class View:
         """Turn boxes, (N, 4) x1, y1, x2, y2, in pixels of the network's input into boxes in pixels of the image."""
         corners = self.plan.to_image(boxes.reshape(-1, 2, 2))
         if self.mirror:
-            corners[..., 0] = self.plan.image_size[0] - 1 - corners[::, ::-1, 0]
+            corners[..., 0] = self.plan.image_size[0] - 1 - corners[:, ::-1, 0]
         return (corners + self.origin).reshape(-1, 4)
 
     def in_image(self, poses: Poses, skeleton: SkeletonModel) -> Poses:

@@ -31,7 +31,7 @@ class FeetConstants:
                           source=_RENDERED)
     interval: float = constant(
         0.1, 'Time in which the network does not look at the feet of a followed person again.', unit='s')
-    share: float = constant(0.34, 'Share of the followed people whose feet it looks at in an image, at most.')
+    share: float = constant(0.34, 'Share of the followed people whose feet it looks at in an image, rounded up.')
     oldest: float = constant(0.2, 'Feet that it does not look at move with their ankles for this long.', unit='s')
     carried: float = constant(0.5, 'Factor on their scores.')
 

@@ -15,7 +15,7 @@ _ALIKE = {'nose': 'head', 'eye': 'head', 'ear': 'head', 'top': 'head', 'chest': 
 
 
 def calibrated(people: People3D, constants: SigmaConstants = METHOD.track.sigma) -> People3D:
-    """Return people, in the optical frame of a camera, of whom 95 of 100 joints are within 2 sigma."""
+    """Return people, in the optical frame of a camera, with a sigma such that 95 of 100 joints are within 2 sigma."""
     kinds, body = _columns(people.skeleton)
     evidence = people.sigma, share_measured(people.status[:, body]), people.xyz[..., 2]
     return replace(people, sigma=people.sigma * np.exp(change(evidence, people.status == INFERRED, kinds, constants)))

@@ -13,7 +13,7 @@ _REST_SIGMAS[NECK] = _REST_SIGMAS[SHOULDERS] = _REST_SIGMAS[HEAD] = 0.10
 _REST_SIGMAS[HIPS], _REST_SIGMAS[MIDDLES], _REST_SIGMAS[ENDS] = (
     0.14, (0.15, 0.15, 0.16, 0.16), (0.26, 0.26, 0.24, 0.24))
 
-_TUNE = '46 rendered scenes, modes fast and balanced, searched in full and followed'
+_TUNE = '46 rendered scenes (fast, in full), 20 of them (fast, followed) and 15 (balanced, in full); trials.md'
 
 
 @dataclass(frozen=True)
@@ -203,7 +203,8 @@ class SigmaConstants:
 
     knots: np.ndarray = constant(
         np.array([[0.03, 0.045, 0.07, 0.12, 0.25], [0.0, 0.25, 0.5, 0.75, 1.0], [2.0, 3.0, 4.0, 5.0, 6.5]]),
-        "Values of the evidence: stated sigma [m], share of the person's joints that are MEASURED, distance [m].")
+        "Values of the evidence: stated sigma [m], share of the person's joints that are MEASURED, distance [m].",
+        source='chosen')
     joints: np.ndarray = constant(
         np.array([[0.04, 0.1, 0.12, 0.18, 0.06, -0.03, 0.15, -0.03, 0.3, 0.27],
                   [-0.2, -0.36, -0.12, -0.26, 0.08, 0.09, 0.3, 0.14, 0.26, 0.27]]),

@@ -71,9 +71,9 @@ def check_subscribers(seen: Snapshot) -> Iterator[Finding]:
 
 def _is_over(node: ChainNode, seen: Snapshot) -> bool:
     """Return whether a node warns of frames without depth, and depth has come since: its camera was covered."""
-    return node.text.startswith(NO_DEPTH) and all(
-        camera.points is not None and camera.points.points is not None and camera.points.doubt is None
-        for camera in seen.cameras if camera.node == node.name)
+    points = [camera.points for camera in seen.cameras if camera.node == node.name]
+    return node.text.startswith(NO_DEPTH) and bool(points) and all(
+        each is not None and each.points is not None and each.doubt is None for each in points)
 
 
 def _demand_of(node: ChainNode, seen: Snapshot) -> Finding:
@@ -88,4 +88,4 @@ def _demand_of(node: ChainNode, seen: Snapshot) -> Finding:
         return right(f'{node.name} works')
     most = max(seen.people, default=0)
     return right(f'{node.name} works; {most} {"person" if most == 1 else "people"} in {len(seen.people)} results'
-                 + ('' if most else ': is anyone in view?'))
+                 + ('' if most else ': are people in view?'))

@@ -1,6 +1,6 @@
 """The node of signals: people in space to what they do, with markers."""
 from pathlib import Path
-from typing import Any, List, Optional, Type
+from typing import Any, List, Optional, Sequence, Type
 
 import numpy as np
 import rospy
@@ -67,6 +67,10 @@ class _Latest:
         self._message = message
 
 
+def _names(places: Sequence[Any]) -> str:
+    return ', '.join(place.name for place in places) or 'none'
+
+
 class SignalsNode:
     """Reads the signals of the newest people in a thread of its own."""
 
@@ -105,8 +109,7 @@ class SignalsNode:
                     *((self._hands.input, self._faces.input) if params.use_landmarks else ()))
         people_frame = f'FRAME{TURNED}' if self._turns else 'the frame of the people'
         introduce(demand.inputs, signals=f'in {params.fixed_frame or people_frame}',
-                  **{what: ', '.join(place.name for place in places) or 'none'
-                     for what, places in (('targets', self._targets), ('zones', self._zones))})
+                  targets=_names(self._targets), zones=_names(self._zones))
 
     def _fault(self) -> str:
         """Return which targets, zones and robot frame tf does not know; empty: it knows all."""
@@ -135,11 +138,11 @@ class SignalsNode:
         self._poses.publish(poses_of(array))
         for person in array.persons:
             self._persons.publish(person)
-        self._input.heard()
         poses = [self._frames.known(zone.frame_id, header) for zone in self._zones]
         zones = self._zone_watch.update(people, header.stamp.to_sec(), poses)
         present = nearest_first(self._reader.present, self._robot(header, pose, up), up)
         self._present = summary_to_message(present, zones, header, self._params.robot_frame)
+        self._input.heard()
         self._summary.publish(self._present)
         if self._shown.get_num_connections() > 0:
             for marker in self._markers.markers(persons, header.stamp.to_sec(), up):

@@ -58,7 +58,7 @@ class Adjusted:
         std: (C, 3) standard deviations to the root: angle [degrees], position [m], clock [s]; 0 for the root.
         joints: (P, 3) [m], those of `gathered`.
         gathered: what was adjusted.
-        merit: sum of the robust weights of measurements.
+        merit: sum of the robust weights of measurements, each divided by the square of its error over sigma.
     """
 
     poses: List[CameraPose]

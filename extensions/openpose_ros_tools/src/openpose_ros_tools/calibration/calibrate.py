@@ -101,11 +101,11 @@ def calibrate(recordings: Sequence[CameraRecording], params: Optional[Calibratio
         change = max(max(float(np.abs(new.pose[1] - old.pose[1]).max()), abs(new.clock_offset - old.clock_offset))
                      for new, old in zip(adjusted.poses, poses))
         poses = adjusted.poses
+        if wide == 1 and change < _SETTLED:
+            break
         if wide > 1 and not has_depth.any():  # the errors of keypoints are lengths
             factor = _scale_of_bones(adjusted.gathered.people(adjusted.joints), params.stature)
             poses = [one.seen_from(poses[0], factor) for one in poses]
-        elif change < _SETTLED:
-            break
     check_connected(names, adjusted.gathered)
     people, std = adjusted.gathered.people(adjusted.joints), adjusted.std
     if not has_depth.any():
@@ -116,7 +116,7 @@ def calibrate(recordings: Sequence[CameraRecording], params: Optional[Calibratio
             first, second = (poses[names.index(name)].pose[1] for name in params.distance[:2])
             factor, error = float(params.distance[2] / np.linalg.norm(second - first)), 0.0
         people = factor * people
-        poses = [replace(one, pose=(one.pose[0], factor * one.pose[1])) for one in poses]  # the root is at 0
+        poses = [one.seen_from(poses[0], factor) for one in poses]
         away = np.linalg.norm([one.pose[1] for one in poses], axis=1)
         std = np.stack([std[:, 0], np.hypot(factor * std[:, 1], error * away), std[:, 2]], axis=1)
     check_spread(people)
@@ -149,7 +149,8 @@ def _first_poses(cameras: Sequence[CameraPaths], params: CalibrationParams, prog
                 reasons[first, second] = str(error)
         try:
             tree = spanning_tree([camera.name for camera in cameras], edges, reasons)
-            return tree if some is not images else _grown(cameras, edges, params) or tree
+            has_depth = any(camera.has_depth for camera in cameras)
+            return tree if has_depth else _grown(cameras, edges, params) or tree
         except BadInputError:
             if some is images:
                 raise

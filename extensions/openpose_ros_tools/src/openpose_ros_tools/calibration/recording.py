@@ -18,6 +18,8 @@ _POSITION_SIGMA = 0.035
 # Error of a keypoint across its ray with a score of 1 [m], and the power of the score by which it grows: the networks
 # err by a share of the person, and near and distant people alike (trials.md).
 _KEYPOINT_SIGMA, _SCORE_POWER = 0.006, 1.5
+# Lower scores count as this one; that of keypoints of which a recording has none.
+_LEAST_SCORE, _UNKNOWN_SCORE = 0.05, 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +52,7 @@ class CameraRecording:
 def keypoint_sigma(scores: np.ndarray) -> np.ndarray:
     """Return the error of keypoints per axis across their rays [m] by their scores; NaN without one."""
     with np.errstate(invalid='ignore'):
-        return np.where(scores > 0, _KEYPOINT_SIGMA * np.clip(scores, 0.05, 1.0) ** -_SCORE_POWER, np.nan)
+        return np.where(scores > 0, _KEYPOINT_SIGMA * np.clip(scores, _LEAST_SCORE, 1.0) ** -_SCORE_POWER, np.nan)
 
 
 class CameraPaths:
@@ -85,7 +87,7 @@ class CameraPaths:
         if self.has_depth:
             sigma = np.where(np.isfinite(sigma), sigma, _POSITION_SIGMA) / np.sqrt(3.0)
         else:
-            sigma = np.where(np.isfinite(sigma), sigma, keypoint_sigma(np.array(0.7)))
+            sigma = np.where(np.isfinite(sigma), sigma, keypoint_sigma(np.array(_UNKNOWN_SCORE)))
         self._sigma[slots, rows] = sigma
         self._paths = JointPaths(self.times, self.positions, bridged_gap(self.times, _MAX_GAP))
         self._half = max(float(np.median(np.diff(self.times))) / 2, 0.02)

@@ -6,6 +6,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Iterator, List
 
+import rospkg
+
 from openpose_ros_bringup.doctor.snapshot import Snapshot
 
 _MODULES = ('numpy', 'cv2', 'scipy', 'openvino', 'onnxruntime')
@@ -32,8 +34,7 @@ def _system() -> Iterator[str]:
 
 
 def _versions() -> Iterator[str]:
-    manifest = Path(import_module('rospkg').RosPack().get_path('openpose_ros_pkg')) / 'package.xml'
-    yield f'openpose_ros_pkg {manifest.read_text().partition("<version>")[2].partition("<")[0]}'
+    yield f"openpose_ros_pkg {rospkg.RosPack().get_manifest('openpose_ros_pkg').version}"
     for name in _MODULES:
         try:
             yield f'{name} {import_module(name).__version__}'

@@ -55,19 +55,17 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _write_report(options: argparse.Namespace, text: str, seen: 'Snapshot') -> None:
-    from std_msgs.msg import Header
-
     from openpose_ros_bringup.ros.doctor.details import details
-    from openpose_ros_pkg.ros.convert import bgr_to_jpeg
+    from openpose_ros_pkg.output.files import jpeg_of, written_whole
 
+    images = [camera.image.bgr for camera in seen.cameras if options.picture and camera.image.bgr is not None]
     options.report.parent.mkdir(parents=True, exist_ok=True)
-    with zipfile.ZipFile(str(options.report), 'w', zipfile.ZIP_DEFLATED) as archive:
+    with written_whole(options.report) as path, zipfile.ZipFile(str(path), 'w', zipfile.ZIP_DEFLATED) as archive:
         archive.writestr('report.txt', text + details(seen))
-        for number, camera in enumerate(seen.cameras if options.picture else []):
-            if camera.image.bgr is not None:
-                archive.writestr(f'picture_{number}.jpg', bgr_to_jpeg(camera.image.bgr, Header(), 90).data)
-    picture = 'and a picture' if options.picture else 'no picture (--picture)'
-    sys.stdout.write(f'{options.report} has this, versions, topics and parameters, {picture}; read it before you send '
+        for number, image in enumerate(images):
+            archive.writestr(f'picture_{number}.jpg', jpeg_of(image, 90))
+    pictures = f'pictures: {len(images)}' + ('' if options.picture else ' (--picture)')
+    sys.stdout.write(f'{options.report} has this, versions, topics and parameters; {pictures}; read it before you send '
                      'it\n')
 
 
@@ -80,7 +78,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--camera-ns', default='', metavar='NS', help='of the camera, in place of the preset\'s')
     parser.add_argument('--report', type=plain_path, nargs='?', const=Path('doctor_report.zip'), metavar='FILE',
                         help='write a file for a report of a problem (default: doctor_report.zip)')
-    parser.add_argument('--picture', action='store_true', help='put the newest image of each camera into the report')
+    parser.add_argument('--picture', action='store_true',
+                        help='with --report: put the newest image of each camera into it')
     parser.add_argument('--seconds', type=number(0.1, 3600), default=5.0, metavar='S',
                         help='listen so long at most (default: 5)')
     return parser
