@@ -8,8 +8,8 @@ import pytest
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from results import Options
-from sections import real_cameras
+from results import NeedsDataError, Options
+from sections import real_cameras, sensors
 from sections.real import LIMBS, SIZE, WORK, Recording, _right, counted, frames_of_folder, measure, picture
 from sections.sensors import filled, gaps
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
@@ -49,6 +49,11 @@ def test_nothing_there(tmp_path, monkeypatch):
     section = measure(Options(data={'real': tmp_path}))
     assert not section.figures and len(section.tables[0].rows) == 1 + len(WORK)
     assert f"needs {tmp_path / 'lsp200'}" in str(section)
+
+
+def test_depth_of_cameras_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(NeedsDataError, match=str(tmp_path / 'vcl_rs_depth')):
+        sensors.measure(Options(data={'real': tmp_path}))
 
 
 def test_the_camera_is_written_column_by_column(frame):

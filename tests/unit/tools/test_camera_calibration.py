@@ -6,7 +6,9 @@ import pytest
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.calibration import calibrate as calibration
 from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
+from openpose_ros_tools.calibration.gathering import gather
 from simulated_mocap import walkers
 from simulated_room import Camera, around, record_all, rig_errors, up_error
 
@@ -68,6 +70,14 @@ def test_three_cameras_with_clocks_of_their_own(three):
     assert len(found.edges) == 3 and all(edge.joints > 50 for edge in found.edges)
     # two measurements, each with 15 mm per axis; what is left of them beside the adjusted joints, in pixels at 4 m
     assert all(0.02 < edge.distance < 0.05 and 0.5 < edge.pixels < 4 for edge in found.edges)
+
+
+def test_gates_narrow_to_their_own_width(monkeypatch):
+    wide = []
+    monkeypatch.setattr(calibration, 'gather', lambda cameras, poses, factor: (
+        wide.append(factor), gather(cameras, poses, factor))[1])
+    calibrate(short(around(2)))
+    assert wide[0] > wide[-1] == 1.0
 
 
 @pytest.mark.parametrize('depth', [True, False])
