@@ -40,7 +40,7 @@ BOX = MODES['balanced'].passes[0].box
     ({'mode': 'fast', 'mirror': 'always'}, 'mirror', False)])  # it gives people at once: nothing to average
 def test_parameters_change_the_first_pass_alone(params, attribute, expected):
     *small, recipe = recipes_of(DetectorParams(**params))
-    assert bool(small) == (set(params) <= {'mode'})  # PicoDet has one size
+    assert bool(small) == (set(params) <= {'mode', 'mirror'})  # PicoDet has one size
     assert getattr(recipe.passes[0], attribute) == expected
     mode = MODES[params.get('mode', 'balanced')]
     assert (recipe.passes[1:], recipe.refinements) == (mode.passes[1:], mode.refinements)
