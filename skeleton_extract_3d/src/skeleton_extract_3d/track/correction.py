@@ -28,10 +28,9 @@ _CORNERS = np.concatenate([SHOULDERS, HIPS])
 
 def _trusted(people: Observations, params: OcclusionParams) -> np.ndarray:
     """Return which joints the frame places, (N, 18) bool."""
-    scores, lifted = people.observed.scores, people.lifted
-    trusted = lifted.measured
+    scores, trusted = people.observed.scores, people.lifted.measured
     if params.occlusion:
-        trusted = trusted | ((scores >= params.hidden_min_score) & lifted.plausible)
+        trusted = trusted | (scores >= params.hidden_min_score)
     return trusted & people.observed.known & (scores >= params.measured_min_score)
 
 
