@@ -10,22 +10,25 @@ import numpy as np
 
 import openpose_ros
 
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parents[1] / 'tests/support'))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'tests/support'))
 
 from browser import Browser
 
-WALK = Path('walk')
+HERE, WALK = Path(__file__).resolve().parent, Path('walk')
 # Before one person is hidden, while it is, and after; the frame that the report shows [s].
 FRAMES, SECONDS = (14, 19, 26), 1.87
+
+
+def scaled(image, factor):
+    """Return an image of another size."""
+    return cv2.resize(image, (round(image.shape[1] * factor), round(len(image) * factor)), interpolation=cv2.INTER_AREA)
 
 
 def write(name, *images, width=900):
     """Write images side by side, each as high as the lowest one, as JPEG of a width [px]."""
     height = min(len(image) for image in images)
-    row = np.hstack([cv2.resize(image, (round(image.shape[1] * height / len(image)), height), interpolation=cv2.INTER_AREA)
-                     for image in images])
-    row = cv2.resize(row, (width, round(width * len(row) / row.shape[1])), interpolation=cv2.INTER_AREA)
+    row = np.hstack([scaled(image, height / len(image)) for image in images])
+    row = scaled(row, width / row.shape[1])
     cv2.imwrite(str(HERE / name), row, [cv2.IMWRITE_JPEG_QUALITY, 70])
 
 
@@ -41,8 +44,8 @@ depths = [coloured(cv2.imread(str(WALK / f'images/depth/{name}.png'), cv2.IMREAD
 write('recording_images.jpg', *(np.vstack(pair) for pair in zip(images, depths)))
 drawn = [frame.draw() for frame in openpose_ros.sequence(WALK / 'images')]
 write('recording_people.jpg', *(drawn[frame] for frame in FRAMES))
-write('recording_plots.jpg', *(cv2.imread(str(WALK / f'plots/{name}.png')) for name in ('top_view', 'trajectory_right_ankle')),
-      width=1200)
+plots = [cv2.imread(str(WALK / f'plots/{name}.png')) for name in ('top_view', 'trajectory_right_ankle')]
+write('recording_plots.jpg', *plots, width=1200)
 write('recording_angles.jpg', cv2.imread(str(WALK / 'knees.png')), width=560)
 with Browser(1280, 960) as browser:
     browser.open((WALK / 'people.html').resolve().as_uri())

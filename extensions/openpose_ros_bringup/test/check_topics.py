@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""All nodes run: each topic and service of theirs is in docs/ros_api.md with its type, and each one listed there exists."""
+"""All nodes run: docs/ros_api.md lists each of their topics and services with its type, and no other ones."""
 import os
 import re
 import subprocess
@@ -13,12 +13,12 @@ import rospy
 import rosservice
 import rostest
 
-ROOT = Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(ROOT / 'tests' / 'support'))
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
 
 from foreign_packages import write_packages
 from session import await_true
 
+PAGE = Path(__file__).resolve().parents[3] / 'docs/ros_api.md'
 # Of roscore, rospy, roscpp and nodelets.
 OWN = re.compile('/rosout|.*/(get_loggers|set_logger_level|load_nodelet|unload_nodelet|list|bond)$')
 # Published when a person makes a gesture, which none in the sequence does.
@@ -27,7 +27,7 @@ OF_EVENTS = {'/humans/bodies/ID/gesture'}
 
 def listed(section):
     """Return (name, type) of each topic in the table of a section; one type may be that of all names in a row."""
-    text = (ROOT / 'docs/ros_api.md').read_text().split(f'\n## {section}\n')[1].split('\n## ')[0]
+    text = PAGE.read_text().split(f'\n## {section}\n')[1].split('\n## ')[0]
     rows = [[re.findall('`(.+?)`', cell) for cell in row]
             for row in re.findall(r'^\| (`[^|]*) \| (`[^|]*) \|', text, re.MULTILINE)]
     return [pair for names, kinds in rows for pair in zip(names, kinds * (len(names) if len(kinds) == 1 else 1))]
