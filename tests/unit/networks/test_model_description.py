@@ -17,7 +17,7 @@ from openpose_ros_pkg.networks.model_types import (
 from openpose_ros_pkg.networks.models import find_model, weights_path
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, Limb
 
-DOCS = Path(__file__).parents[3] / 'docs' / 'networks.md'
+ROOT = Path(__file__).parents[3]
 LEAST = {'skeleton': 'BODY_25', 'files': ['net.onnx'], 'outputs': ['heatmaps', 'pafs'], 'decoder': 'paf'}
 ARMS = {
     'joints': ['neck', 'right_shoulder', 'right_wrist', 'left_shoulder', 'left_wrist'],
@@ -84,7 +84,8 @@ def test_inputs_of_known_makers_need_not_be_described(tmp_path, decoder, outputs
 
 
 def test_the_examples_of_the_documentation_are_right(tmp_path):
-    examples = re.findall(r'```yaml\n(.*?)```', DOCS.read_text(), re.DOTALL)
+    examples = [*re.findall(r'```yaml\n(.*?)```', (ROOT / 'docs/networks.md').read_text(), re.DOTALL),
+                (ROOT / 'examples/network.yaml').read_text()]
     assert len(examples) >= 2
     for number, text in enumerate(examples):
         path = tmp_path / f'example_{number}.yaml'

@@ -48,10 +48,10 @@ class DetectorParams(Parameters):
                     'installed by name (`./run model get`) and, with target_rate, fast enough, or balanced where there '
                     'are none.', choices=('fast', 'balanced', 'accurate', BEST))
     pose_model: str = parameter(
-        AUTO, 'Network: auto, the networks that the mode puts together, with toes and heels (BODY_25); COCO, the joint '
-              'set that OpenPose calls so, the same without; or one network alone: mobilenet_thin, movenet_multipose, '
-              'body_25, ... (`./run model list`), or one of your own: a file (.onnx, .xml), or a .yaml file that '
-              'describes it. With look_closer, the network for crops refines its people. A network for crops (SimCC, '
+        AUTO, 'auto: the networks of the mode, with toes and heels (BODY_25); COCO: the same without toes and heels '
+              '(COCO_18); or one network alone: mobilenet_thin, movenet_multipose, body_25, ... (`./run model list`), '
+              'or one of your own: a file (.onnx, .xml), or a .yaml file that describes it. With look_closer, '
+              'the network for crops refines its people. A network for crops (SimCC, '
               "such as RTMPose) takes the place of the mode's; one that finds boxes (YOLOX) leaves the joints to the "
               'network for crops.')
     crop_model: str = parameter(
