@@ -7,7 +7,7 @@ import numpy as np
 
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.recipe_choice import chosen_for_rate, fitted_to_rate, recipes_of
-from openpose_ros_pkg.detect.recipes import BEST, MODES, DetectorParams, DetectorSettings, Recipe
+from openpose_ros_pkg.detect.recipes import BEST, DetectorParams, DetectorSettings, Recipe
 from openpose_ros_pkg.detect.views import Setup
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarkNetwork, exact
@@ -180,11 +180,11 @@ class Detector:
         recipes, rate = recipes_of(params), params.target_rate if params.mode != 'accurate' else 0.0
         follows = bool(recipes[0].refinements) and self._following.wanted(params)
         if rate > 0 and len(recipes) > 1:
-            chosen = chosen_for_rate(recipes, self._networks.load_any, rate, follows, self.threads)
+            chosen = chosen_for_rate(recipes[:-1], self._networks.load_any, rate, follows, self.threads)
         else:
             chosen = next(filter(None, map(self._networks.load_any, recipes[:-1])), None)
         recipe, loaded = chosen or self._networks.load(recipes[-1])
-        if params.mode == BEST and recipes[-1].models == MODES['balanced'].models:
+        if params.mode == BEST and recipes == recipes_of(replace(params, mode='balanced')):
             _log.info('mode best is balanced, as no network by name is installed; `rosrun openpose_ros_pkg '
                       'openpose_models get NAME` (in a checkout: `./run model get NAME`) brings these, by published '
                       'AP: %s', published())

@@ -367,18 +367,6 @@ def mode_of(name: str) -> Recipe:
     return MODES.get(name, MODES['balanced'])
 
 
-# From the mode balanced down: less accurate and faster recipes, for processors that do not reach the wanted rate.
-FASTER: Tuple[Recipe, ...] = (
-    MODES['balanced'],
-    Recipe((mobilenet(1.0), _movenet(384)), (THUNDER_CROP,)),
-    Recipe((mobilenet(0.75), _movenet(384)), (THUNDER_CROP,)),
-    Recipe((mobilenet(0.5, weight=1.0), _movenet(384)), (THUNDER_CROP,)),
-    MODES['fast'],
-    Recipe((_movenet(320),), (THUNDER_CROP,)),
-    Recipe((_movenet(256),), (THUNDER_CROP,)),
-)
-
-
 def wanted_zooms(params: DetectorParams, zooms: Tuple[float, ...]) -> Tuple[float, ...]:
     """Return the factors on the sizes at which the first network sees the image, by the parameters or its recipe."""
     if params.num_scales == 0 and params.scale_gap == 0:
