@@ -21,7 +21,7 @@ from openpose_ros_pkg.networks.model_types import skeleton_of
 from openpose_ros_pkg.networks.network_file import Graph, recognized
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.networks.tfjs import frozen_graph
-from openpose_ros_pkg.networks.weights_install import zip_member
+from openpose_ros_pkg.networks.weights_install import archive_member
 from openpose_ros_pkg.people import People2D
 
 KERNEL = np.ones((1, 1, 3, 8), np.float16)
@@ -82,7 +82,7 @@ ZIP, BOMB = zip_with(end2end=bytes(range(256)) * 20, other=b'other'), zip_with(e
 @given(mutated(ZIP, BOMB))
 def test_member_of_a_zip_file(tmp_path_factory, content):
     path = written(tmp_path_factory, 'net.zip', content)
-    found = survives(zip_member, path, 'end2end.onnx', 1 << 20, size=len(content),
+    found = survives(archive_member, path, 'end2end.onnx', 1 << 20, size=len(content),
                      errors=(ModelError,), memory=32 << 20)
     assert found is None or len(found) <= 1 << 20
 
