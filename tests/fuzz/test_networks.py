@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from fuzzing import mutated, spoiled, survives, written
 from openpose_ros_pkg.decode.boxes import decode_boxes
-from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.direct import DirectThresholds, decode_direct
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends.compiled_cache import CompiledCache
 from openpose_ros_pkg.networks.model_registry import MODELS
@@ -127,7 +127,7 @@ def test_numbers_that_networks_give(form, people, seed, scale, odd):
         return
     model = replace(MODELS['rtmo_m'], decoder=decoder, points=points, skeleton=skeleton_of(points))
     with np.errstate(all='ignore'):
-        poses = survives(decode_direct, outputs, model, DirectDecodeParams(), ImageToNet(size, size, size),
+        poses = survives(decode_direct, outputs, model, DirectThresholds(), ImageToNet(size, size, size),
                          size=1 << 16)
     found = People2D(model.skeleton, poses.keypoints, poses.scores, np.full(len(poses.scores), -1), points=poses.points)
     assert found.present.any(axis=1).all() and np.isfinite(found.scores).all()

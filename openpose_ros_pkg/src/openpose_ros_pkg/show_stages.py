@@ -20,6 +20,7 @@ import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setting_values
 from openpose_ros_pkg.command_options import command_parser, plain_path
+from openpose_ros_pkg.decode.direct import DirectThresholds
 from openpose_ros_pkg.decode.paf import find_peaks, score_limbs
 from openpose_ros_pkg.detect.crops import found_by
 from openpose_ros_pkg.detect.detection import DepthView
@@ -62,7 +63,7 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
                     ) -> Tuple[People2D, Stages]:
     """Return the people of an image, (H, W, 3) uint8, and images of the stages on the full image."""
     detector = create_detector(settings)
-    plain = replace(detector.setup, decode=settings.decode, direct=settings.direct)
+    plain = replace(detector.setup, decode=settings.decode, direct=DirectThresholds())
     stages, opinions = [('input', bgr)], []
     for network_pass in detector.recipe.passes:
         model = network_pass.model

