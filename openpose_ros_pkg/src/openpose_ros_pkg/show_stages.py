@@ -73,7 +73,7 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
         if model.decoder == Decoder.PAF:
             fields, plan = averaged_fields(views, model), views[0].view.plan
             peaks = find_peaks(fields[:len(model.skeleton.joints)], model, settings.decode, plan.scaled_size)
-            limbs = score_limbs(fields[model.heatmaps:], peaks, model, settings.decode)
+            limbs = score_limbs(fields[model.heatmaps:], peaks, model)
             stages += [('heat maps', _over(bgr, _heat_maps(fields, model), plan, model.stride)),
                        ('limb fields', _over(bgr, _limb_fields(fields, model), plan, model.stride)),
                        ('candidates', _candidates(bgr, peaks, limbs, plan, model))]

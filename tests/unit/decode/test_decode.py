@@ -2,11 +2,18 @@
 import dataclasses
 
 import numpy as np
-import openpose_ros_decode
 import pytest
 
 from known_fields import NET, STRIDE, render_fields, standing_person
-from openpose_ros_pkg.decode.paf import DECODE, DecodeParams, assemble, decode_fields, score_limbs
+from openpose_ros_pkg.decode.paf import (
+    DECODE,
+    LIMB_CANDIDATE,
+    PEAK,
+    DecodeParams,
+    assemble,
+    decode_fields,
+    score_limbs,
+)
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.skeletons import COCO_18, SKELETONS, Limb, SkeletonModel
 
@@ -98,12 +105,12 @@ def test_person_cut_in_half_by_a_side(x, inside):
 
 def peak_records(joints, xy, scores):
     return np.array([(joint, *place, score) for joint, place, score in zip(joints, xy, scores)],
-                    openpose_ros_decode.PEAK)
+                    PEAK)
 
 
 def limb_scores(pafs, elbow, wrist):
     joints = [COCO_18.index['right_elbow'], COCO_18.index['right_wrist']]
-    return score_limbs(pafs, peak_records(joints, [elbow, wrist], [0.9, 0.8]), MOBILENET_THIN, DecodeParams())
+    return score_limbs(pafs, peak_records(joints, [elbow, wrist], [0.9, 0.8]), MOBILENET_THIN)
 
 
 def test_foreshortened_limb_joins_without_a_field_but_proves_nothing():
@@ -120,7 +127,7 @@ def people_from(joints, limbs, heights=None):
                          heights or [0.5] * len(joints))
     names = [(limb.start, limb.end) for limb in COCO_18.limbs]
     candidates = np.array([(names.index((joints[start], joints[end])), start, end, score)
-                           for start, end, score in limbs], openpose_ros_decode.LIMB_CANDIDATE)
+                           for start, end, score in limbs], LIMB_CANDIDATE)
     keypoints, *_ = assemble(candidates, peaks, COCO_18, DecodeParams(person_min_score=0.0), PAIRS)
     return [{joint: int(person[COCO_18.index[joint], 0]) for joint in COCO_18.joints
              if person[COCO_18.index[joint], 2] > 0} for person in keypoints]

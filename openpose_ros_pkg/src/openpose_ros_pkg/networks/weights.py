@@ -76,12 +76,8 @@ def _get(model: Model, model_folder: str, brought: Sequence[Path]) -> None:
 
 def _prove(model: Model, path: Path, is_new: bool = False) -> None:
     """Let a network by name prove itself and print the result; ModelError: it is refused, and deleted if it is new."""
-    try:
-        from openpose_ros_pkg.networks.backends import BackendParams, create_backend
-        from openpose_ros_pkg.networks.proof import prove
-    except ImportError as error:  # compiled modules, before the first build
-        say(f'{model.name}: not proved ({error}); after the build: openpose_models check {model.name}')
-        return
+    from openpose_ros_pkg.networks.backends import BackendParams, create_backend
+    from openpose_ros_pkg.networks.proof import prove
     backend = create_backend(model, path, BackendParams())
     try:
         say(f'{model.name}: proved: {prove(backend, model)}')
