@@ -9,6 +9,8 @@ from estimating import new_estimator, update
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.estimator import PeopleEstimator
 from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.depth import DepthImage
@@ -123,7 +125,9 @@ def test_a_person_who_shows_too_few_joints_gets_no_id():
     keypoints[0, [INDEX[name] for name in COCO_18.joints if 'wrist' in name or 'ankle' in name], 0] += 70
     odd = without_joints(People2D(COCO_18, keypoints, [1], [-1]), ~np.isin(
         COCO_18.joints, ('neck', 'left_wrist', 'right_wrist', 'left_ankle', 'right_ankle'))[None])
-    assert len(shown(frame, 1, people=odd).people_2d) == 0
+    five = replace(METHOD, track=replace(METHOD.track, identity=replace(METHOD.track.identity, birth_joints=5)))
+    assert len(shown(frame, 1, estimator=PeopleEstimator(build(EstimatorSettings, {}), method=five),
+                     people=odd).people_2d) == 0
 
 
 @pytest.mark.parametrize('told', [True, False])

@@ -58,15 +58,8 @@ class _Skeleton(NamedTuple):
     """The keys of a joint set of its own."""
 
     joints: Tuple[str, ...]
-    limbs: Tuple['_Limb', ...]
+    limbs: Tuple[Limb, ...]
     drawn_limbs: Optional[Tuple[Tuple[str, str], ...]] = None
-
-
-class _Limb(NamedTuple):
-    start: str
-    end: str
-    paf: Tuple[int, int]
-    starts_person: bool = True
 
 
 @dataclass(frozen=True)
@@ -174,7 +167,7 @@ def _skeleton(value: Any, path: Path, described: _Description) -> SkeletonModel:
 
 def _own_skeleton(read: _Skeleton, name: str) -> SkeletonModel:
     """Return a joint set that a description spells out, with OpenPose's colours."""
-    joints, limbs = read.joints, tuple(Limb(*limb) for limb in read.limbs)
+    joints, limbs = read.joints, read.limbs
     if not set(joints) <= set(MESSAGE_JOINTS) or len(set(joints)) != len(joints):
         raise ValueError(f'skeleton: joints = {list(joints)}, expected each once, of {", ".join(MESSAGE_JOINTS)}')
     drawn = starting_limbs(limbs) if read.drawn_limbs is None else read.drawn_limbs
