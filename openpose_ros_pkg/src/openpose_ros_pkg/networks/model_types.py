@@ -1,7 +1,7 @@
 """Records of the model registry: the origin of a network's weights, and how it is used."""
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Optional, Tuple, Union
+from typing import Literal, Optional, Tuple, Union
 
 from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, SkeletonModel
 
@@ -83,9 +83,9 @@ class WeightsFile:
 class InputRecipe:
     """A network's input: the image is scaled with its aspect kept, and padded."""
 
-    channels: str = 'BGR'  # or 'RGB'
-    layout: str = 'NCHW'  # or 'NHWC'
-    dtype: str = 'float32'  # or 'uint8'
+    channels: Literal['BGR', 'RGB'] = 'BGR'
+    layout: Literal['NCHW', 'NHWC'] = 'NCHW'
+    dtype: Literal['float32', 'uint8'] = 'float32'
     # The network computes on (pixel - mean) * scale: one number, or one for each of `channels` in their order.
     mean: Union[float, Tuple[float, ...]] = 0.0
     scale: Union[float, Tuple[float, ...]] = 1.0
