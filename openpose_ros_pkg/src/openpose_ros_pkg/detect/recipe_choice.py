@@ -12,12 +12,12 @@ from openpose_ros_pkg.detect.recipes import (
     MODES,
     SMALL_MODES,
     THUNDER_CROP,
+    WHOLE_IMAGE,
     CropRefinement,
     DetectorParams,
     NetworkPass,
     Recipe,
     crop_of,
-    mobilenet,
     mode_of,
     wanted_zooms,
 )
@@ -184,7 +184,8 @@ def _searched_by(model: Model, crop: Optional[CropRefinement], params: DetectorP
     Args:
         crop: that the user wants; None: MoveNet Thunder, where crops are wanted or needed.
     """
-    first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF), mobilenet(0.5))
+    first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF),
+                 replace(WHOLE_IMAGE, box=(328, 184)))
     first = replace(first, model=model, mirror=first.mirror and model.decoder == Decoder.PAF)
     if model.decoder in (Decoder.YOLO_POSE, *BOX_DECODERS):
         first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))

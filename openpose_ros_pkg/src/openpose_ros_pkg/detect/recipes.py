@@ -319,27 +319,19 @@ class Recipe:
         return replace(self, passes=passes, refinements=refinements)
 
 
-def mobilenet(scale: float, weight: float = 1.5) -> NetworkPass:
-    return NetworkPass(MOBILENET_THIN, _box(656 * scale, 368 * scale), weight=weight)
-
-
-def _movenet(*sides: int) -> NetworkPass:
-    return NetworkPass(MOVENET_MULTIPOSE, (sides[0], sides[0]), tuple(side / sides[0] for side in sides))
-
-
-def _box(width: float, height: float) -> Tuple[int, int]:
-    """Return a box whose sides are multiples of 8, the stride of the networks with part affinity fields."""
-    return int(width) // 8 * 8, int(height) // 8 * 8
+WHOLE_IMAGE = NetworkPass(MOBILENET_THIN, (656, 368), weight=1.5)
+"""A network with part affinity fields at the size of OpenPose's input."""
 
 
 # MoveNet finds large people well, six at most; mobilenet_thin finds small people and crowds. Each finds people that the
 # other misses, and where both see a joint its place is surer. Crop refinement improves accuracy most for its time; the
 # mirror image and other sizes come next. Accuracy and time of each: docs/results.md.
 MODES: Dict[str, Recipe] = {
-    'fast': Recipe((_movenet(384),), (THUNDER_CROP,)),
-    'balanced': Recipe((mobilenet(1.0), _movenet(512)), (THUNDER_CROP,)),
+    'fast': Recipe((NetworkPass(MOVENET_MULTIPOSE, (384, 384)),), (THUNDER_CROP,)),
+    'balanced': Recipe((WHOLE_IMAGE, NetworkPass(MOVENET_MULTIPOSE, (512, 512))), (THUNDER_CROP,)),
     'accurate': Recipe(
-        (NetworkPass(MOBILENET_THIN, _box(984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0), _movenet(512, 256)),
+        (NetworkPass(MOBILENET_THIN, (984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0),
+         NetworkPass(MOVENET_MULTIPOSE, (512, 512), (1.0, 0.5))),
         (MULTIPOSE_CROP, replace(MULTIPOSE_CROP, mirror=True), THUNDER_CROP,
          replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.8,
         spare=tuple(replace(MULTIPOSE_CROP, margin=margin, mirror=mirror) for margin in (1.6, 2.0)
