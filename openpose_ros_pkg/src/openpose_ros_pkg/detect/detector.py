@@ -15,7 +15,7 @@ from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarkNetwork, exact
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.model_registry import OPTIONAL, POSE_LANDMARK
 from openpose_ros_pkg.networks.model_types import Model
-from openpose_ros_pkg.networks.models import published, weights_path
+from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 _log = logging.getLogger(__name__)
@@ -187,8 +187,7 @@ class Detector:
         recipe, loaded = chosen or self._networks.load(recipes[-1])
         if params.mode == BEST and recipes == recipes_of(replace(params, mode='balanced')):
             _log.info('mode best is balanced, as no network by name is installed; `rosrun openpose_ros_pkg '
-                      'openpose_models get NAME` (in a checkout: `./run model get NAME`) brings these, by published '
-                      'AP: %s', published())
+                      'openpose_models list` (in a checkout: `./run model list`) shows them, with their published AP')
         elif params.mode == BEST:
             _log.info('mode best is %s with the joint set %s: both depend on the networks that are installed by name',
                       recipe.description, recipe.skeleton.name)

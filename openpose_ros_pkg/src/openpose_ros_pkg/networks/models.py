@@ -68,13 +68,6 @@ def installed_by_name(model_folder: str = '') -> Tuple[Model, ...]:
     return tuple(installed)
 
 
-def published() -> str:
-    """Return the networks by name with their published AP, in words; the data sets differ."""
-    sources = [(model.name, model.source) for model in BY_NAME]
-    return ', '.join(f'{name} {source.published_ap:.2f} on {source.published_on}' for name, source in sources
-                     if isinstance(source, WebSource) and source.published_ap > 0)
-
-
 def how_to_get(model: Model, folder: Path) -> str:
     """Return how to get the weights of a model into a folder of models, for error texts."""
     names = ' and '.join(file.name for file in model.files)

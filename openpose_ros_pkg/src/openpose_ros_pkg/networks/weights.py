@@ -25,7 +25,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     get_parser.add_argument('--from', dest='brought', nargs='+', type=plain_path, default=[], metavar='PATH',
                             help='files, or folders with them, to check and copy')
     check_parser = commands.add_parser('check', help='compare the weights that are here with their checksums')
-    commands.add_parser('folder', help='print the folder that holds them')
     names = f'one of {", ".join([*MODELS, *LANDMARK_MODELS, *ALIASES, *GROUPS])}, or a description (.yaml)'
     fetched = ' and '.join(model.name for model in FETCHED)
     get_parser.add_argument('models', nargs='*', metavar='NAME', help=f'{names}; none: {fetched}')
@@ -41,9 +40,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     try:
         if options.command == 'list':
             _say_list(folder)
-            return 0
-        if options.command == 'folder':
-            say(str(model_folder_of(folder)))
             return 0
         if options.command == 'get':
             return _for_each(models or [model.name for model in FETCHED],
