@@ -14,7 +14,6 @@ from openpose_ros_pkg.params.parameters import (
     build,
     flat_values,
     parameter,
-    text_parameter,
     to_yaml,
 )
 
@@ -34,7 +33,7 @@ class Camera(Parameters):
 class Words(Parameters):
     """Texts with words that YAML reads as booleans."""
 
-    place: str = text_parameter('', 'Any text, or off.', words=('off',))
+    place: str = parameter('', 'Any text, or off.', words=('off',))
     answer: str = parameter('yes', 'How sure.', choices=('maybe', 'yes'))
 
 

@@ -69,21 +69,14 @@ def direction(text: str, name: str) -> np.ndarray:
 
 
 def parameter(default: Any, doc: str, *, unit: str = '', minimum: Optional[float] = None,
-              maximum: Optional[float] = None, choices: Optional[Sequence[Any]] = None) -> Any:
-    """Declare one parameter of a `Parameters` dataclass; its type is the type of the default."""
+              maximum: Optional[float] = None, choices: Optional[Sequence[Any]] = None, **special: Any) -> Any:
+    """Declare one parameter of a `Parameters` dataclass; its type is the type of the default.
+
+    Of a text, `words=('off',)`: that have a special meaning; `is_direction=True`: three numbers, see `direction`.
+    """
     return dataclasses.field(default=default, metadata={
         'doc': doc, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
-        'choices': tuple(choices) if choices is not None else None, 'words': ()})
-
-
-def text_parameter(default: str, doc: str, words: Sequence[str]) -> Any:
-    """Declare a parameter that takes any text, and words with a special meaning."""
-    return dataclasses.field(default=default, metadata={**parameter(default, doc).metadata, 'words': tuple(words)})
-
-
-def direction_parameter(default: str, doc: str) -> Any:
-    """Declare a parameter of three numbers, see `direction`."""
-    return dataclasses.field(default=default, metadata={**parameter(default, doc).metadata, 'is_direction': True})
+        'choices': tuple(choices) if choices is not None else None, 'words': (), **special})
 
 
 @dataclasses.dataclass(frozen=True)

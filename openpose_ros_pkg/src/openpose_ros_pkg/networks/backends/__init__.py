@@ -9,7 +9,7 @@ import numpy as np
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends.self_check import check_backend
 from openpose_ros_pkg.networks.model_types import Model
-from openpose_ros_pkg.params.parameters import Parameters, parameter, text_parameter
+from openpose_ros_pkg.params.parameters import Parameters, parameter
 
 _log = logging.getLogger(__name__)
 
@@ -66,7 +66,7 @@ class BackendParams(Parameters):
         'cpu', 'Where the network is computed: cpu; cuda, by onnxruntime-gpu or an OpenCV built with CUDA; tensorrt, '
                'by onnxruntime-gpu with TensorRT.', choices=('cpu', 'cuda', 'tensorrt'))
     num_gpu_start: int = parameter(0, 'Number of the GPU; without effect where device is cpu.', minimum=0)
-    compiled_cache: str = text_parameter(
+    compiled_cache: str = parameter(
         '', 'Folder in which networks that OpenVINO has compiled are kept, in its subfolder openpose_ros_compiled, for '
             "a faster start; empty: the folder compiled beside that of the models in the user's cache; off: nowhere. "
             '1 GB at most; those unused for the longest time are deleted.',
