@@ -10,10 +10,9 @@ from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.recipe_choice import (
     RATE,
     chosen_for_rate,
-    followed_share,
-    full_search_share,
     recipe_of,
     recipes_of,
+    time_share,
 )
 from openpose_ros_pkg.detect.recipes import MODES, SMALL_MODES, DetectorParams, DetectorSettings, crop_of
 from openpose_ros_pkg.errors import ModelError
@@ -178,13 +177,13 @@ def names_of(recipe):
 def test_the_most_accurate_set_that_reaches_the_rate_is_taken(installed, measured, rate, names):
     installed(LARGE, SMALL, WHOLE, BOXES)
     recipe = chosen_at(rate)
-    assert names_of(recipe) == names and full_search_share(recipe, PACE, rate) <= 1
+    assert names_of(recipe) == names and time_share(recipe, PACE, rate, False) <= 1
 
 
 def test_where_none_reaches_the_rate_the_fastest_is_taken(installed, measured):
     installed(LARGE, SMALL, WHOLE, BOXES)
-    shares = [full_search_share(one, PACE, 1000.0) for one in candidates(1000.0)]
-    assert full_search_share(chosen_at(1000.0), PACE, 1000.0) == min(shares) > 1
+    shares = [time_share(one, PACE, 1000.0, False) for one in candidates(1000.0)]
+    assert time_share(chosen_at(1000.0), PACE, 1000.0, False) == min(shares) > 1
     assert set(measured) == set(PACE)
 
 
@@ -199,7 +198,7 @@ def test_where_people_are_followed_the_search_is_spread(installed, measured, rat
     """Each frame has the crops of two people, each 0.2 s a search."""
     installed(LARGE, SMALL, WHOLE, BOXES)
     assert names_of(chosen_at(rate, follows=True)) == names
-    share = followed_share(recipe_of(DetectorParams(mode='best')), PACE, rate)
+    share = time_share(recipe_of(DetectorParams(mode='best')), PACE, rate, True)
     assert share == pytest.approx((2 * 0.02 * rate + 0.1 / max(1 / rate, RATE.search_time)) / 0.5)
 
 

@@ -221,7 +221,6 @@ def chosen_for_rate(recipes: Sequence[Recipe], load: Callable[[Recipe], Optional
     Returns:
         None where no recipe can be loaded.
     """
-    share_of = followed_share if follows else full_search_share
     pace: Dict[str, float] = {}
     tried = []
     for wanted in recipes:
@@ -232,7 +231,7 @@ def chosen_for_rate(recipes: Sequence[Recipe], load: Callable[[Recipe], Optional
         unknown = {name: network for name, network in networks.items() if name not in pace}
         if unknown:
             pace.update(seconds_per_pixel(recipe, unknown, threads))
-        tried.append((max(share_of(recipe, pace, rate), 1.0), recipe, networks))
+        tried.append((max(time_share(recipe, pace, rate, follows), 1.0), recipe, networks))
         if tried[-1][0] <= 1:
             break
     if not tried:
@@ -244,21 +243,18 @@ def chosen_for_rate(recipes: Sequence[Recipe], load: Callable[[Recipe], Optional
     return recipe, networks
 
 
-def full_search_share(recipe: Recipe, pace: Dict[str, float], rate: float, constants: TargetRateConstants = RATE
-                      ) -> float:
-    """Return the share of the allowed time that a recipe takes where each image is searched in full."""
-    return foreseen_seconds(recipe, pace, constants) * rate / constants.networks_share
+def time_share(recipe: Recipe, pace: Dict[str, float], rate: float, follows: bool,
+               constants: TargetRateConstants = RATE) -> float:
+    """Return the share of the allowed time that a recipe takes with the expected people at a rate [Hz].
 
-
-def followed_share(recipe: Recipe, pace: Dict[str, float], rate: float, constants: TargetRateConstants = RATE
-                   ) -> float:
-    """Return the share of the allowed time that a recipe takes where people are followed.
-
-    The expected people get a crop in each image, and the image is searched as often as beside other cameras.
+    Where people are followed, each image has their crops, and is searched as often as beside other cameras; else each
+    is searched in full.
     """
-    of_passes, _ = _parts(recipe, pace, constants.image_size)
-    of_person, people = _of_person(recipe.refinements, pace), min(constants.expected_people, recipe.max_refined)
-    return (people * of_person * rate + of_passes / max(1 / rate, constants.search_time)) / constants.networks_share
+    of_passes, of_person = _parts(recipe, pace, constants.image_size)
+    people, searches = min(constants.expected_people, recipe.max_refined), rate
+    if follows:
+        of_person, searches = _of_person(recipe.refinements, pace), 1 / max(1 / rate, constants.search_time)
+    return (people * of_person * rate + of_passes * searches) / constants.networks_share
 
 
 def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: float, threads: int,
