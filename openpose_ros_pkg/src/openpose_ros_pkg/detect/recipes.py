@@ -189,6 +189,7 @@ _SCALE_GAP = 0.3
 # MoveNet Thunder was trained for crops; where it is not there, MoveNet MultiPose refines fewer people, less accurately.
 THUNDER_CROP = CropRefinement(MOVENET_THUNDER, 1.3, centred=True, place_weight=8.0)
 MULTIPOSE_CROP = CropRefinement(MOVENET_MULTIPOSE, 1.6)
+_REFINED_BY_MULTIPOSE = 6
 # Sides of the box of a person per side of the box of the joints: rtmlib, pose_tracker.py, pose_to_bbox; the median of
 # 51 annotated people is 1.23.
 PERSON_BOX = 1.25
@@ -227,8 +228,6 @@ class Recipe:
     max_refined: int = 20  # greatest number of people who are refined, the surest first; bounds the time
     # factor on the scores that joints and people need: of more opinions, more miss a person who is there
     acceptance: float = 1.0
-    spare: Tuple[CropRefinement, ...] = (MULTIPOSE_CROP,)  # where the network of one of the refinements is missing
-    spare_refined: int = 6  # greatest number of people who are refined then
     named: Tuple[Model, ...] = ()  # networks that the user named, beside the first
     joint_set: Optional[SkeletonModel] = None  # of the people; None: that of the networks
 
@@ -309,13 +308,12 @@ class Recipe:
         return ' + '.join(parts)
 
     def without(self, missing: Collection[Model]) -> 'Recipe':
-        """Return what is left of it without networks that are not the first."""
+        """Return what is left of it without networks that are not the first; MultiPose refines people without Thunder."""
         passes = tuple(one for one in self.passes if one.model not in missing)
         refinements = tuple(one for one in self.refinements if one.model not in missing)
-        spare = tuple(one for one in self.spare if one.model not in missing)
-        if len(refinements) < len(self.refinements) and spare:
-            return replace(self, passes=passes, refinements=spare,
-                           max_refined=min(self.max_refined, self.spare_refined))
+        if self.refinements and not refinements and MOVENET_MULTIPOSE not in missing:
+            return replace(self, passes=passes, refinements=(MULTIPOSE_CROP,),
+                           max_refined=min(self.max_refined, _REFINED_BY_MULTIPOSE))
         return replace(self, passes=passes, refinements=refinements)
 
 
@@ -333,9 +331,7 @@ MODES: Dict[str, Recipe] = {
         (NetworkPass(MOBILENET_THIN, (984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0),
          NetworkPass(MOVENET_MULTIPOSE, (512, 512), (1.0, 0.5))),
         (MULTIPOSE_CROP, replace(MULTIPOSE_CROP, mirror=True), THUNDER_CROP,
-         replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.8,
-        spare=tuple(replace(MULTIPOSE_CROP, margin=margin, mirror=mirror) for margin in (1.6, 2.0)
-                    for mirror in (False, True)), spare_refined=20),
+         replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.8),
 }
 
 
@@ -344,7 +340,7 @@ MODES: Dict[str, Recipe] = {
 # beside them.
 _TINY_CROP = crop_of(TINYPOSE)
 _IN_BOXES = NetworkPass(PICODET, (320, 320), mirror=True, crop=_TINY_CROP)
-SMALL_MODES: Dict[str, Recipe] = {name: Recipe((_IN_BOXES,), crops, acceptance=0.6, spare=()) for name, crops in {
+SMALL_MODES: Dict[str, Recipe] = {name: Recipe((_IN_BOXES,), crops, acceptance=0.6) for name, crops in {
     'fast': (_TINY_CROP,),
     'balanced': (_TINY_CROP, THUNDER_CROP),
     'accurate': (_TINY_CROP, replace(_TINY_CROP, mirror=True), THUNDER_CROP,
