@@ -308,7 +308,7 @@ class Recipe:
         return ' + '.join(parts)
 
     def without(self, missing: Collection[Model]) -> 'Recipe':
-        """Return what is left of it without networks that are not the first; MultiPose refines people without Thunder."""
+        """Return what is left without some networks; where no network for crops is left, MultiPose refines people."""
         passes = tuple(one for one in self.passes if one.model not in missing)
         refinements = tuple(one for one in self.refinements if one.model not in missing)
         if self.refinements and not refinements and MOVENET_MULTIPOSE not in missing:
