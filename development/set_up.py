@@ -274,9 +274,8 @@ def weights(*arguments: str, quiet: bool = False) -> bool:
 
 
 def _command(script: Path, *arguments: str) -> List[str]:
-    """Return a program with what is there so far: the sources, compiled modules, and packages of PyPI."""
+    """Return a program with what is there so far: the sources, and packages of PyPI."""
     sources = [PACKAGES[name] / 'src' for name in ('openpose_ros_pkg', 'openpose_ros_web')]
-    sources += DEVEL.glob('lib/python3*/*-packages')
     from_pypi = ''.join(map(str, VENV.glob('lib/python3*/site-packages')))
     variables = [f'PYTHONPATH={os.pathsep.join(map(str, sources))}', f'OPENPOSE_ROS_SITE_PACKAGES={from_pypi}']
     return ['env', *variables, PYTHON, '-B', str(script), *arguments]

@@ -131,7 +131,8 @@ FIRST = ARMS['limbs'][0]
 @pytest.mark.parametrize('changes, expected', [
     ({'heatmap': 3}, "unknown key heatmap (did you mean 'heatmaps'?); allowed: files"),
     ({'input': 'BGR'}, "input: 'BGR', expected keys of channels"),
-    ({'input': {'scale': 'small'}}, "input: scale = 'small', expected a list"),
+    ({'input': {'scale': 'small'}}, "input: scale = 'small', expected a float"),
+    ({'input': {'mean': None}}, 'input: mean = None, expected a float'),
     ({'input': {'mean': [1, 2]}}, 'input: mean = [1.0, 2.0], expected a number, or three, of the colours'),
     ({'input': {'multiple_of': 12}}, 'expected multiples of stride, which is 8'),
     ({'input': {'fixed_size': [642, 480]}}, 'expected multiples of stride, which is 8'),

@@ -18,8 +18,15 @@ _TUNE = '46 rendered scenes (fast, in full), 20 of them (fast, followed) and 15 
 
 @dataclass(frozen=True)
 class IdentityConstants:
-    """Costs of data association."""
+    """Gates and costs of data association."""
 
+    gate: float = constant(
+        0.5, 'Greatest median distance, across the view, of the joints of a person from where they are expected.',
+        unit='m')
+    walking_speed: float = constant(
+        1.2, 'The gate grows by this for each second without a detection.', unit='m/s')
+    birth_joints: int = constant(
+        3, 'Joints that have to be measured before a person gets a person_ID; fewer if no more can be measured.')
     evidence_cost: float = constant(
         0.2, 'Distance across the view that costs as much as a log likelihood ratio of another depth of 1.', unit='m')
     colour_cost: float = constant(
@@ -68,6 +75,11 @@ class ExpectationConstants:
 class CorrectionConstants:
     """Errors of the joints of a frame, and of estimates by their innovations."""
 
+    measured_score: float = constant(
+        0.2, 'A keypoint with a lower score is not used, even where the surface fits it.')
+    hidden_score: float = constant(
+        0.4, 'The keypoint of a hidden joint is used if its score is at least this; joints with lower ones are '
+             'estimated by the body model and the motion.')
     across: float = constant(0.013, 'Error of a keypoint across the view, at full score.', unit='m')
     across_by_score: float = constant(0.11, 'Growth of this error, times (1 - score) squared.', unit='m')
     along: float = constant(

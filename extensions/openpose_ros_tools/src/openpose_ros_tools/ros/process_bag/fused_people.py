@@ -13,7 +13,6 @@ from sensor_msgs.msg import CameraInfo
 
 from openpose_ros_fusion.collector import Collector, Update
 from openpose_ros_fusion.fusion import PeopleFusion
-from openpose_ros_fusion.node_params import FusionParams
 from openpose_ros_fusion.observations import Sighting
 from openpose_ros_fusion.ros.convert import sighting_from_message
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
@@ -66,7 +65,7 @@ class Fusion:
 
     def __iter__(self) -> Iterator[Tuple[int, int, People3D]]:
         """Yield stamp and time of recording [ns] of all updates, and their people."""
-        collector = Collector([stream.name for stream in self._streams], FusionParams.patience)
+        collector = Collector([stream.name for stream in self._streams])
         streams = [stream.sightings(self._begin) for stream in self._streams]
         for _, time, sighting in heapq.merge(*streams, key=lambda one: one[0]):
             self._times[sighting] = time

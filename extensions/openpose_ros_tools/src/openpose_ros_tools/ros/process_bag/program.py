@@ -104,7 +104,7 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
     """
     known = accepted_names(ServiceSettings, ExtractorSettings, BagSettings)
     # Those of the nodes are for live images; a recording gives the same people on each machine.
-    used = {field.name for field in parameter_fields(BagSettings, old=True)} - {'precision', 'target_rate'}
+    used = {field.name for field in parameter_fields(BagSettings)} - {'precision', 'target_rate'}
     values: Dict[str, Any] = {}
     for path in paths:
         content = file_values(path, f'--config {path}', ParameterError) or {}
