@@ -52,7 +52,7 @@ def write_scene(scene: Scene, folder: Path, only: Optional[Sequence[int]] = None
     target, partial = folder / scene.name, folder / f'.{scene.name}.partial'
     shutil.rmtree(str(partial), ignore_errors=True)
     numbers = range(scene.frames) if only is None else only
-    poses = {i: _poses_at(scene, i) for i in numbers}
+    poses = {i: [rig.pose(mover.at(i / scene.fps)) for rig, mover in zip(scene.rigs, scene.movers)] for i in numbers}
     if len(scene.cameras) == 1:
         _write_view(scene, 0, poses, partial)
     else:
@@ -60,10 +60,6 @@ def write_scene(scene: Scene, folder: Path, only: Optional[Sequence[int]] = None
         _write_world(scene, views, poses, partial)
     shutil.rmtree(str(target), ignore_errors=True)
     return partial.rename(target)
-
-
-def _poses_at(scene: Scene, i: int) -> List[Posed]:
-    return [rig.pose(mover.at(i / scene.fps)) for rig, mover in zip(scene.rigs, scene.movers)]
 
 
 def _write_view(scene: Scene, k: int, poses: Dict[int, List[Posed]], folder: Path) -> List[Dict[str, Any]]:
@@ -127,26 +123,23 @@ def _write_truth(scene: Scene, camera: Camera, frames: List[Dict[str, Any]], fol
 
 def _write_meta(scene: Scene, view: Tuple[int, Camera], rendered: Tuple[List[Any], List[Any]], folder: Path) -> None:
     (k, camera), (frames, camera_poses) = view, rendered
-    model = camera.intrinsics
+    model, people = camera.intrinsics, []
+    for i, rig in enumerate(scene.rigs):
+        look = {name: getattr(rig.body.spec, name) for name in ('gender', 'age', 'weight', 'outfit', 'shoes', 'hair')}
+        people.append({'id': i + 1, 'stature_m': round(rig.body.stature, 3), **{
+            name: value if isinstance(value, str) else round(value, 3) for name, value in look.items()}})
     meta = dict(
         K=model.matrix(), fps=scene.fps, frame_id='camera_rgb_optical_frame', width=model.width, height=model.height,
         n_frames=len(frames), T_world_camera=np.round(camera.pose(), 6).tolist(),
         camera={'height_m': round(camera.height, 3), 'pitch_down_deg': round(camera.pitch, 2)}, scenario=scene.name,
         seed=scene.seed, sensor=scene.sensor, depth='uint16 mm, 0 = invalid, aligned to rgb',
-        people=[dict(id=i + 1, stature_m=round(rig.body.stature, 3), **_look(rig)) for i, rig in enumerate(scene.rigs)],
+        people=people,
         notes=scene.room.notes, **scene.description)
     if scene.moving:
         meta['poses'] = camera_poses
     if len(scene.cameras) > 1:
         meta['camera_name'] = f'cam{k}'
     (folder / 'meta.json').write_text(json.dumps(meta, indent=1))
-
-
-def _look(rig: Rig) -> Dict[str, Any]:
-    spec = rig.body.spec
-    return {'gender': round(spec.gender, 3), 'age': round(spec.age, 3), 'weight': round(spec.weight, 3),
-            'outfit': spec.outfit,
-                'shoes': spec.shoes, 'hair': spec.hair}
 
 
 def _write_world(scene: Scene, views: List[List[Dict[str, Any]]], poses: Dict[int, List[Posed]], folder: Path) -> None:

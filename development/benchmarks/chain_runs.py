@@ -1,4 +1,4 @@
-"""The chain over RGB-D sequences with known joints, without ROS: truth, counted networks, runs.
+"""The chain over RGB-D sequences with known joints, without ROS: counted networks, runs.
 
 A sequence folder holds rgb/, depth/ (16-bit PNG [mm]), gt.json and either meta.json (K, width, height, fps) or
 camera.yaml and sequence.yaml.
@@ -13,6 +13,7 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
+from ground_truth import true_frames
 from openpose_ros_pkg.detect.detection import KnownPeople, NextPart
 from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
@@ -26,12 +27,10 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.people import MEASURED, People3D
+from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.depth import DepthImage, NoDepth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
-# Label of visible joints in gt.json.
-VISIBLE = 2
 # Work per pixel of the input, in units of one pass of mobilenet_thin over 656 x 368, as measured with OpenVINO.
 WORK = {'mobilenet_thin': 1 / (656 * 368), 'movenet_multipose': 0.35 / (512 * 288), 'movenet_thunder': 0.14 / 256 ** 2,
         'picodet': 0.08 / 320 ** 2, 'tinypose': 0.17 / (192 * 256),
@@ -51,53 +50,11 @@ def name_of(folder: Path) -> str:
     return f'{folder.resolve().parent.name}_{folder.resolve().name}'
 
 
-def read_truth(folder: Path, file: str = 'gt.json') -> Tuple[Dict[str, Any], List[int]]:
-    """Return a file of true joints, and the rows of its joints in the order of COCO_18."""
-    truth = json.loads((folder / file).read_text())
-    return truth, [truth['joints'].index(joint) for joint in COCO_18.joints]
-
-
-def true_people(folder: Path) -> Frames:
-    """Return the true people of each frame, in the frame of the camera, as if all joints were measured."""
-    (truth, order), frames = read_truth(folder), []
-    for frame in truth['frames']:
-        joints = np.array([person['xyz'] for person in frame['people']], np.float64).reshape(-1, len(order), 3)
-        shape = joints.shape[:2]
-        frames.append((frame['t'], People3D(COCO_18, joints[:, order], np.ones(shape), np.full(shape, MEASURED),
-                                            np.full(shape, 0.02), [person['id'] for person in frame['people']])))
-    return frames
-
-
-def camera_poses(folder: Path, sequence: Optional[RgbdSequence] = None) -> np.ndarray:
+def camera_poses(folder: Path) -> np.ndarray:
     """Return T_world_camera of each frame, (F, 4, 4); in the world, z is up and the floor is z = 0."""
-    path, sequence = folder / 'meta.json', sequence or open_sequence(folder)
+    path, sequence = folder / 'meta.json', open_sequence(folder)
     meta = json.loads(path.read_text()) if path.is_file() else {'T_world_camera': sequence.T_world_camera}
     return np.array(meta.get('poses') or [meta['T_world_camera']] * len(sequence))
-
-
-def exact_joints(folder: Path) -> List[List[Tuple[np.ndarray, np.ndarray]]]:
-    """Return the true pixels (18, 2) and labels (18,; 0: out of the image) of the joints of each person by frame."""
-    truth, order = read_truth(folder)
-    return [[(np.array(person['uv'], np.float64)[order], np.array(person['vis'])[order]) for person in frame['people']]
-            for frame in truth['frames']]
-
-
-def exact_people(folder: Path) -> List[People2D]:
-    """Return the people of each frame by the true pixels: every joint within the image, hidden or not."""
-    found = []
-    for frame in exact_joints(folder):
-        keypoints = np.array([np.where(labels[:, np.newaxis] > 0, np.insert(uv, 2, 1, axis=1), (np.nan, np.nan, 0))
-                              for uv, labels in frame], np.float32).reshape(-1, len(COCO_18.joints), 3)
-        found.append(People2D(COCO_18, keypoints, np.ones(len(keypoints)), np.full(len(keypoints), -1)))
-    return found
-
-
-def apart_in_image(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
-    """Return the median distance of joints from the true ones, as a share of half the diagonal of their true box."""
-    distances = np.linalg.norm(xy - uv, axis=1)[labels > 0]
-    if not np.isfinite(distances).any():
-        return 1e3
-    return float(np.nanmedian(distances) / max(np.linalg.norm(np.ptp(uv[labels > 0], axis=0)) / 2, 1.0))
 
 
 class CountedNetwork:
@@ -244,8 +201,8 @@ class Finder:
         sequence, work = open_sequence(folder), self._networks.done
         budget = Budget(self._work_per_frame, sequence.fps or 1.0, work) if self._work_per_frame > 0 else None
         if self._detector is None:
-            people = exact_people(folder)
-            detection: Any = KnownPeople(COCO_18, lambda frame: people[frame.source])
+            truth = true_frames(folder)
+            detection: Any = KnownPeople(COCO_18, lambda frame: truth[frame.source].people_2d)
         else:
             detection = NetworkDetection(self._detector, self._following, None if budget is None else budget.pace)
         chain = PeopleChain(detection, self._settings.estimator, tracking=self._settings.tracking, bodies=self._bodies)

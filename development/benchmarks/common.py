@@ -3,10 +3,9 @@ import argparse
 import multiprocessing
 import sys
 import tempfile
-import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, List, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, List, Sequence
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.extend([str(ROOT), *map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')),
@@ -42,13 +41,6 @@ class Parser(argparse.ArgumentParser):
 def scenes_of(folder: Path) -> List[Path]:
     """Return the scenes with known joints in a folder."""
     return sorted(path.parent for path in folder.glob('*/gt.json'))
-
-
-def elapsed(call: Callable[[], Any]) -> Tuple[float, Any]:
-    """Return the milliseconds that a call takes, and its result."""
-    began = time.perf_counter()
-    result = call()
-    return 1e3 * (time.perf_counter() - began), result
 
 
 def markdown(rows: Sequence[Sequence[object]]) -> str:

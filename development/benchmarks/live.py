@@ -20,7 +20,7 @@ import sys
 import time
 import xmlrpc.client
 from pathlib import Path
-from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 import psutil
@@ -145,11 +145,6 @@ def by_node(values: Mapping[str, float]) -> str:
     return ', '.join(f'{name.strip("/")} {value:.0f}' for name, value in values.items())
 
 
-def median_and_95(seconds: Sequence[float]) -> str:
-    """Return median and 95th percentile of times [s] in ms, as text."""
-    return ' / '.join(f'{1e3 * value:.0f}' for value in np.percentile(seconds, (50, 95))) if len(seconds) else '-'
-
-
 def worth_reading(log: Path) -> Iterable[str]:
     """Return the lines of a log of nodes that say how their figures came about."""
     return (line for line in log.read_text(errors='replace').splitlines()
@@ -158,10 +153,11 @@ def worth_reading(log: Path) -> Iterable[str]:
 
 def figures_of(seen: Watched, unit: float) -> Dict[str, object]:
     """Return the cells of the nodes in a row; `unit` is T [ms]."""
+    late = 1e3 * np.percentile(seen.latencies, (50, 95))
     means = {name: value for name, value in seen.stages.items() if np.isfinite(value) and name not in TOTALS}
     return {'results [Hz]': round(len(seen.arrivals) / seen.seconds, 1),
-            'latency median / 95 % [ms]': median_and_95(seen.latencies),
-            'in T': ' / '.join(f'{value:.2f}' for value in 1e3 * np.percentile(seen.latencies, (50, 95)) / unit),
+            'latency median / 95 % [ms]': ' / '.join(f'{value:.0f}' for value in late),
+            'in T': ' / '.join(f'{value:.2f}' for value in late / unit),
             'sum of the stages': round(sum(means.get(name, 0.0) for name in AGE_STAGES)),
             'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
             'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(seen.people))),

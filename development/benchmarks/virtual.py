@@ -23,8 +23,9 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tu
 
 import numpy as np
 
-from chain_runs import BEGIN, VISIBLE, WORK, CountedNetwork, CountedNetworks, camera_poses, open_sequence, read_truth
+from chain_runs import BEGIN, WORK, CountedNetwork, CountedNetworks, camera_poses, open_sequence
 from common import DEMO, Parser, markdown
+from ground_truth import VISIBLE, true_frames
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detection import NextPart
 from openpose_ros_pkg.detect.detector import Detector
@@ -162,16 +163,12 @@ def counted(moments: Sequence[Moment], answers: Sequence[Answer], tell: bool = F
 
 def moments_of(folder: Path) -> List[Moment]:
     """Return the frames of a sequence."""
-    sequence, (truth, order) = open_sequence(folder), read_truth(folder)
-    poses, moments = camera_poses(folder, sequence), []
+    sequence, poses, moments = open_sequence(folder), camera_poses(folder), []
     moves = (poses != poses[0]).any()
-    for one, pose, there in zip(sequence, poses, truth['frames']):
-        joints = [(np.array(person['xyz'])[order], np.array(person['vis'])[order] == VISIBLE)
-                  for person in there['people']]
+    for one, pose, true in zip(sequence, poses, true_frames(folder)):
         frame = Frame('', BEGIN, one.bgr, DepthImage(one.depth, sequence.camera),
                       tracking_from_points=(pose[:3, :3], pose[:3, 3]) if moves else None)
-        moments.append(Moment(frame) if not joints else Moment(
-            frame, [person['id'] for person in there['people']], *map(np.array, zip(*joints))))
+        moments.append(Moment(frame, true.ids, true.xyz, true.labels == VISIBLE))
     return moments
 
 

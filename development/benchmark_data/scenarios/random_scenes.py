@@ -159,16 +159,15 @@ def shown(camera: Camera, points: np.ndarray, others: Sequence[Tuple[np.ndarray,
 
 def _arrange_signallers(stage: Stage) -> Dict[str, np.ndarray]:
     """Let people make gestures for six seconds, stand and sit; return the targets of pointing."""
-    signallers = [Signaller(_facing_camera(stage), str(stage.rng.choice(['shoulder', 'eye']))) for _ in stage.rigs]
+    signallers = []
+    for _ in stage.rigs:
+        x, y = stage.place(2.4, 3.4, 1.5, 0.6)
+        facing = float(np.clip(stage.rng.normal(-15 * np.sign(x), 18), -45, 45))
+        signallers.append(Signaller(Place(x, y, facing), str(stage.rng.choice(['shoulder', 'eye']))))
     targets = _targets(stage, signallers)
     for signaller in signallers:
         stage.movers.append(_signal(stage, signaller, targets))
     return targets
-
-
-def _facing_camera(stage: Stage) -> Place:
-    x, y = stage.place(2.4, 3.4, 1.5, 0.6)
-    return Place(x, y, float(np.clip(stage.rng.normal(-15 * np.sign(x), 18), -45, 45)))
 
 
 def _targets(stage: Stage, signallers: Sequence[Signaller]) -> Dict[str, np.ndarray]:

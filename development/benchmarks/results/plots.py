@@ -37,15 +37,11 @@ def by_group(name: str, text: str, panels: Mapping[str, Mapping[str, Mapping[str
 
 
 def curves(name: str, text: str, lines: Mapping[str, Any], labels: Dict[str, str]) -> Picture:
-    """Draw curves: label -> (x, y, figures for a band or None); labels: of the axes x and y."""
+    """Draw curves: label -> (x, y); labels: of the axes x and y."""
     drawing = new_figure(5.0, 3.6)
     axes = drawing.subplots()
-    for number, (label, (x, y, band)) in enumerate(lines.items()):
-        colour = PALETTE[number]
+    for colour, (label, (x, y)) in zip(PALETTE, lines.items()):
         axes.plot(x, y, color=colour, label=label)
-        if band:
-            axes.fill_between(x, [each.low or 0 for each in band], [each.high or 0 for each in band], color=colour,
-                              alpha=0.2, lw=0)
     tidy_axes(axes, labels['x'], labels['y'])
     axes.legend(frameon=False, fontsize='small')
     return saved(drawing, name, text)

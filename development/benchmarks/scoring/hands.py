@@ -12,11 +12,12 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from ground_truth import OUTSIDE
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
-from .counts import SAME_TIME, WHOLE, Counts, tags_of
+from .counts import WHOLE, Counts, at_times, tags_of
 from .figures import Quantile, Ratio, of_rows, of_sums, values_of
-from .people import OUTSIDE, is_hidden, is_visible
+from .people import is_hidden, is_visible
 
 LEAST_POINTS = 5
 # Maximum median distance of a pair, in sizes of the hand; of the points of a face from the true middle [m].
@@ -51,23 +52,19 @@ class Face(NamedTuple):
     sigma: float
 
 
-Frame = Tuple[float, Sequence[Hand], Sequence[Face]]
+Frame = Tuple[float, Tuple[Sequence[Hand], Sequence[Face]]]
 
 
 def score_hands(folder: Path, frames: Iterable[Frame], part: slice = WHOLE) -> Counts:
     """Count the hands and faces of a part of the true frames of a scene; frames are given by their stamps [s]."""
     everything = json.loads((folder / 'gt.json').read_text())
     truth = everything['frames'][part]
-    times = np.array([frame['t'] for frame in truth])
-    found: List[List[Hand]] = [[] for _ in truth]
+    found: List[List[Hand]] = []
     angles: List[Tuple[float, float]] = []
-    for seconds, hands, faces in frames:
-        number = int(np.abs(times - seconds).argmin())
-        if abs(times[number] - seconds) > SAME_TIME:
-            continue
-        found[number] += hands
-        for person in truth[number]['people'] if 'face_points' in everything else ():
-            angles += _angles(dict(zip(everything['face_points'], np.array(person['face']['xyz']))), faces)
+    for frame, given in zip(truth, at_times(frames, [frame['t'] for frame in truth])):
+        found.append([hand for hands, _ in given for hand in hands])
+        for person in frame['people'] if given and 'face_points' in everything else ():
+            angles += _angles(dict(zip(everything['face_points'], np.array(person['face']['xyz']))), given[0][1])
     sums: Dict[str, float] = dict.fromkeys(('true', 'found', 'paired', 'sides'), 0)
     rows = [np.zeros(0, POINT)]
     for frame, hands in zip(truth, found):

@@ -8,11 +8,12 @@ those of the true joints.
 import zlib
 from dataclasses import replace
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Dict, List, NamedTuple, Set, Tuple
 
 import numpy as np
 
-from chain_runs import Frames, camera_poses, open_sequence, read_truth, true_people
+from chain_runs import Frames, camera_poses, open_sequence
+from ground_truth import VISIBLE, true_frames
 from openpose_ros_bridges.guard import View
 from openpose_ros_bridges.node_params import SeparationParams
 from openpose_ros_bridges.separation import CONSTANTS, Links, SeparationEstimator
@@ -23,7 +24,7 @@ from skeleton_extract_3d.points.transform import transform_people
 
 from .counts import Counts, tags_of
 from .figures import Quantile, of_rows
-from .people import VISIBLE, pair
+from .people import pair
 
 # One row for each robot and time of publication [s]: true distance and bound [m], age of the newest people [s], whether
 # the nearest person is in view, and whether the person was found in a frame before.
@@ -65,12 +66,11 @@ class _Truth:
     """
 
     def __init__(self, folder: Path) -> None:
-        truth = read_truth(folder)[0]['frames']
-        self.times = np.array([frame['t'] for frame in truth])
-        self.people = [transform_people(each, pose[:3, :3], pose[:3, 3])
-                       for (_, each), pose in zip(true_people(folder), camera_poses(folder))]
-        self.seen: List[Dict[int, bool]] = [
-            {person['id']: VISIBLE in person['vis'] for person in frame['people']} for frame in truth]
+        truth = true_frames(folder)
+        self.times = np.array([frame.time for frame in truth])
+        self.people = [transform_people(frame.people, pose[:3, :3], pose[:3, 3])
+                       for frame, pose in zip(truth, camera_poses(folder))]
+        self.seen = [dict(zip(frame.ids, (frame.labels == VISIBLE).any(axis=1))) for frame in truth]
 
     def found_in(self, number: int, found: People3D) -> Set[int]:
         """Return the ids of the true people of a frame that were found."""
@@ -106,12 +106,10 @@ class _Robot(NamedTuple):
                      np.zeros(number))
 
 
-def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: Optional[SeparationParams] = None
-                     ) -> Counts:
+def score_separation(folder: Path, frames: Frames, delivery: Delivery) -> Counts:
     """Count how the bounds hold in a scene where the people of these frames, with the stamps of the truth, come."""
-    sequence = open_sequence(folder)
-    poses, truth = camera_poses(folder, sequence), _Truth(folder)
-    params = params or SeparationParams(guard=delivery.guard)
+    camera, poses, truth = open_sequence(folder).camera, camera_poses(folder), _Truth(folder)
+    params = SeparationParams(guard=delivery.guard)
     constants = replace(CONSTANTS, feet=False)  # of which the truth says nothing
     found = [_in_world(people, poses, truth.times, number) for number, (_, people) in enumerate(frames)]
     arrivals = [(time + delivery.late, number) for number, time in enumerate(truth.times[:len(found)].tolist())
@@ -124,7 +122,7 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: O
                 number = waiting.pop(0)[1]
                 newest = float(truth.times[number])
                 pose = poses[number][:3, :3], poses[number][:3, 3]
-                estimator.take(found[number], newest, View.of(sequence.camera, pose))
+                estimator.take(found[number], newest, View.of(camera, pose))
                 known |= truth.found_in(number, found[number])
             links, (people, seen) = robot.at(now), truth.at(now)
             capsules = capsules_of(people)

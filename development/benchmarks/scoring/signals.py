@@ -6,6 +6,7 @@ and the true target; frames of true pointing without a ray count as wrong. Cover
 within 1 and 2 sigma, separately for people who point from the eyes and from the shoulder.
 """
 import json
+from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
@@ -13,7 +14,7 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from .counts import SAME_TIME, WHOLE, Counts, tags_of
+from .counts import WHOLE, Counts, at_times, tags_of
 from .figures import Average, Quantile, Ratio, of_rows, of_sums, values_of
 
 LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'sit', 'stand')
@@ -51,11 +52,7 @@ def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]]
     """Count the labels of a part of the true frames of a scene; frames are given by their stamps [s]."""
     truth = json.loads((folder / 'gt.json').read_text())
     neck, true = truth['joints'].index('neck'), truth['frames'][part]
-    times = np.array([frame['t'] for frame in true])
-    found: List[List[Person]] = [[] for _ in true]
-    for seconds, people in frames:
-        number = int(np.abs(times - seconds).argmin())
-        found[number] += people if abs(times[number] - seconds) < SAME_TIME else ()
+    found = [list(chain(*each)) for each in at_times(frames, [frame['t'] for frame in true])]
     sums: Dict[str, float] = dict.fromkeys(
         [f'{kind}_{label}' for label in LABELS for kind in ('right', 'wrong', 'missed')] + ['arms', 'arms_right'], 0)
     rays: List[Tuple[float, float, float, str]] = []

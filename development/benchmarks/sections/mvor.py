@@ -18,8 +18,8 @@ from openpose_ros_tools.alignment.people import pair_people
 from results import Options, Section, Table
 from scoring.counts import Counts
 from scoring.figures import Quantile, figures, mean_of, of_sums, values_of
+from sections.real_cameras import Camera, pixels
 from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.transform import Transform
 
 # Joints that are scored, by their rows in the truth; hips are defined differently there.
 TRUTH = {'left_shoulder': 2, 'right_shoulder': 3, 'left_elbow': 6, 'right_elbow': 7, 'left_wrist': 8, 'right_wrist': 9}
@@ -42,14 +42,6 @@ PEOPLE = {
     'others': of_sums('fused people who are not in the truth', 'others', digits=0)}
 ERRORS = {'mean': mean_of('mean', values_of('joints', 'error'), 'mm', 0, 1e3),
           'median': Quantile('median', values_of('joints', 'error'), 0.5, 'mm', 0, 1e3)}
-
-
-class Camera(NamedTuple):
-    """A camera, and its pose in the frame of the first one."""
-
-    name: str
-    model: CameraModel
-    pose: Transform
 
 
 class Frame(NamedTuple):
@@ -143,7 +135,6 @@ def counted(cameras: Sequence[Camera], frames: Sequence[Frame], number: int) -> 
 def _in_two_views(cameras: Sequence[Camera], frame: Frame) -> int:
     views = np.zeros(len(frame.truth), int)
     for camera, image in zip(cameras, frame.images):
-        rotation, origin = camera.pose
-        pixels = camera.model.project((frame.truth - origin) @ rotation).reshape(-1, len(TRUTH), 2)
-        views[[true for _, true in pair_people(image.xy[:, ORDER], pixels, SAME_DETECTION)]] += 1
+        pairs = pair_people(image.xy[:, ORDER], pixels(camera, frame.truth), SAME_DETECTION)
+        views[[true for _, true in pairs]] += 1
     return int((views > 1).sum())

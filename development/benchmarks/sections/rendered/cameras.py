@@ -89,7 +89,7 @@ def record(stage: Path) -> List[Recorded]:
     finder, recorded = Finder(build(ChainSettings, {'mode': 'balanced'})), []
     for folder in sorted(stage.glob('cam*')):
         sequence, run = open_sequence(folder), finder.run(folder)
-        pose = camera_poses(folder, sequence)[0]
+        pose = camera_poses(folder)[0]
         frames = [(stamp, people, image) for (stamp, people), image in zip(run.frames, run.people)]
         recorded.append(Recorded(folder.name, sequence.camera, (pose[:3, :3], pose[:3, 3]), frames))
     return recorded

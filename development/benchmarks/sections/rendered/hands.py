@@ -37,7 +37,7 @@ def measure(options: Options) -> Section:
         sequence = open_sequence(folder)
         landmarks = LandmarkDetector(LandmarkParams(hands=True, face=True), lambda kind: networks[kind.model])
         chain = PeopleChain(create_detection(settings.detector), settings.estimator, landmarks)
-        found = [(frame.time, *hands_and_faces(chain.update(Frame('', BEGIN + frame.time, frame.bgr, DepthImage(
+        found = [(frame.time, hands_and_faces(chain.update(Frame('', BEGIN + frame.time, frame.bgr, DepthImage(
             frame.depth, sequence.camera))).landmarks)) for frame in sequence]
         counts.append(score_hands(folder, found))
         blocks += [score_hands(folder, found, block) for block in blocks_of(folder, BLOCK)]

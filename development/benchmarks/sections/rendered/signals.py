@@ -6,7 +6,8 @@ from typing import Dict, List, Tuple
 
 import numpy as np
 
-from chain_runs import Frames, camera_poses, true_people
+from chain_runs import Frames, camera_poses
+from ground_truth import true_frames
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import PersonSignals, Ray
@@ -118,7 +119,7 @@ def intervals(signals: Signals) -> List[Tuple[float, float, int, str, str]]:
 def false_gestures(folder: Path, counts: Counts) -> Counts:
     """Return the seconds of a scene, and the number of gestures that its true joints do not make."""
     people, poses = found_in(folder, counts), camera_poses(folder)
-    true = intervals(signals_of(true_people(folder), poses))
+    true = intervals(signals_of([(frame.time, frame.people) for frame in true_frames(folder)], poses))
     false = sum(not any(name == other[3] and other[0] - NEAR <= end and other[1] + NEAR >= start for other in true)
                 for start, end, _, name, _ in intervals(signals_of(people, poses)))
     return Counts(counts.scene, counts.tags, {'false': false, 'seconds': people[-1][0] - people[0][0]}, {})
