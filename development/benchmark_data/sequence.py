@@ -100,12 +100,14 @@ def _people_truth(scene: Scene, camera: Camera, i: int, posed: Sequence[Posed], 
         found = truth.point_truth(camera, person.joints, k + 1, image, truth.JOINT_THICKNESS)
         if max(found['vis']) == truth.OUTSIDE and not (image.ids == k + 1).any():
             continue
-        feet = truth.point_truth(camera, person.feet, k + 1, image, np.full(len(FEET), truth.FOOT_THICKNESS))
+        feet = truth.point_truth(camera, person.feet, k + 1, image, truth.FOOT_THICKNESS)
         entry = dict(id=k + 1, **found, feet=feet)
         if scene.targets is not None:
             entry.update(truth.signal_truth(camera, mover.labels(i / scene.fps), person.joints))
         if scene.hands:
-            entry.update(truth.hand_truth(camera, rig.hand_points(person), rig.face_points(person), k + 1, image))
+            entry['hands'] = [dict(side=side, **truth.point_truth(camera, points, k + 1, image, truth.HAND_THICKNESS))
+                              for side, points in zip(('right', 'left'), rig.hand_points(person))]
+            entry['face'] = truth.point_truth(camera, rig.face_points(person), k + 1, image, truth.FACE_THICKNESS)
         people.append(entry)
     return people
 

@@ -1,10 +1,11 @@
 """Ground truth of a rendered frame: joints, visibility, gestures, hands and faces."""
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Union
 
 import numpy as np
 
 from .people.body import COCO18
-from .people.gestures import Gesture, gesture_truth
+from .people.geometry import unit
+from .people.gestures import Gesture, eye_of
 from .rendering.camera import Camera
 from .rendering.renderer import Frame
 
@@ -38,35 +39,33 @@ def visibility(points: np.ndarray, pixels: np.ndarray, person: int, frame: Frame
     return codes
 
 
-def point_truth(camera: Camera, points: np.ndarray, person: int, frame: Frame, thickness: np.ndarray
+def point_truth(camera: Camera, points: np.ndarray, person: int, frame: Frame, thickness: Union[float, np.ndarray]
                 ) -> Dict[str, Any]:
     """Return xyz (optical frame), uv and vis of (N, 3) world points."""
     local = camera.to_camera(points)
     pixels = camera.project(local)
     return {'xyz': np.round(local, 4).tolist(), 'uv': np.round(pixels, 2).tolist(),
-                'vis': visibility(local, pixels, person, frame, thickness)}
-
-
-def hand_truth(camera: Camera, hands: np.ndarray, face: np.ndarray, person: int, frame: Frame) -> Dict[str, Any]:
-    """Return hands (2, 21, 3) and face (8, 3) as in gt.json."""
-    return {
-        'hands': [dict(side=side, **point_truth(camera, points, person, frame, np.full(21, HAND_THICKNESS)))
-               for side, points in zip(('right', 'left'), hands)],
-        'face': point_truth(camera, face, person, frame, np.full(len(face), FACE_THICKNESS))}
+            'vis': visibility(local, pixels, person, frame, np.broadcast_to(thickness, len(points)))}
 
 
 def signal_truth(camera: Camera, gestures: List[Gesture], joints: np.ndarray) -> Dict[str, Any]:
-    """Return labels and their details in the optical frame."""
+    """Return labels and their details: the arm; of pointing the target and the true rays, in the optical frame."""
     details = []
     for gesture in gestures:
-        detail = gesture_truth(gesture, joints)
-        if 'target_world' in detail:
-            target = detail['target_world']
-            detail.update(target_world=np.round(target, 4).tolist(),
-                          target=np.round(camera.to_camera(target), 4).tolist())
-            for name in ('shoulder_wrist', 'eye_wrist'):
-                ray = detail[name]
-                ray.update(origin=np.round(camera.to_camera(ray['origin']), 4).tolist(),
-                           direction=np.round(camera.rotation @ ray['direction'], 5).tolist())
+        detail: Dict[str, Any] = {'label': gesture.label}
         details.append(detail)
+        if gesture.label not in ('sit', 'stand', 'arms_crossed'):
+            detail['arm'] = {'R': 'right', 'L': 'left'}[gesture.arm]
+        if gesture.label == 'point':
+            shoulder, wrist = (joints[COCO18.index(f"{detail['arm']}_{name}")] for name in ('shoulder', 'wrist'))
+            target = np.array(gesture.target)
+            detail.update(target_name=gesture.target_name, style=gesture.style,
+                          target_world=np.round(target, 4).tolist())
+            for name, origin in (('shoulder_wrist', shoulder), ('eye_wrist', eye_of(joints))):
+                direction = unit(wrist - origin)
+                off = np.rad2deg(np.arccos(np.clip(direction @ unit(target - origin), -1, 1)))
+                detail[name] = {'origin': np.round(camera.to_camera(origin), 4).tolist(),
+                                'direction': np.round(camera.rotation @ direction, 5).tolist(),
+                                'off_target_deg': round(float(off), 2)}
+            detail['target'] = np.round(camera.to_camera(target), 4).tolist()
     return {'labels': [gesture.label for gesture in gestures], 'detail': details}

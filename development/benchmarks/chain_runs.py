@@ -8,13 +8,14 @@ import itertools
 import json
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from ground_truth import true_frames
-from openpose_ros_pkg.detect.detection import KnownPeople, NextPart
+from openpose_ros_pkg.detect.detection import KnownPeople
 from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
@@ -58,32 +59,27 @@ def camera_poses(folder: Path) -> np.ndarray:
 
 
 class CountedNetwork:
-    """A network that counts its passes, and their pixels [px]."""
+    """A network that has its passes counted, and may compute each input once; `outputs`: what it computed.
 
-    def __init__(self, network: Backend) -> None:
-        self._network, self.passes, self.pixels = network, 0, 0
+    Args:
+        count: takes the images of each call.
+    """
+
+    def __init__(self, network: Backend, count: Callable[[Sequence[np.ndarray]], None], cached: bool) -> None:
+        self._network, self._count, self._cached = network, count, cached
         self.name, self.description, self.fallback = network.name, network.description, network.fallback
+        self.outputs: Dict[Any, Tuple[np.ndarray, ...]] = {}
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         return self.infer_many([images])[0]
 
     def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
-        self.passes += len(images)
-        self.pixels += sum(image.shape[1] * image.shape[2] for image in images)
-        return self._network.infer_many(images)
-
-
-class CachedNetwork(CountedNetwork):
-    """A network that computes each input once, and counts those; `outputs`: what it computed."""
-
-    def __init__(self, network: Backend) -> None:
-        super().__init__(network)
-        self.outputs: Dict[Any, Tuple[np.ndarray, ...]] = {}
-
-    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        self._count(images)
+        if not self._cached:
+            return self._network.infer_many(images)
         keys = [(image.shape, hashlib.blake2b(image.tobytes(), digest_size=16).digest()) for image in images]
         new = {key: image for key, image in zip(keys, images) if key not in self.outputs}
-        self.outputs.update(zip(new, super().infer_many(list(new.values())) if new else ()))
+        self.outputs.update(zip(new, self._network.infer_many(list(new.values())) if new else ()))
         return [self.outputs[key] for key in keys]
 
 
@@ -92,31 +88,27 @@ class CountedNetworks(Networks):
 
     def __init__(self, params: BackendParams, model_folder: str, cached: bool = False) -> None:
         super().__init__(params, model_folder)
-        self._cached = cached
+        self._cached, self._done = cached, 0.0
         self._counted: Dict[str, CountedNetwork] = {}
-        self._caches: List[CachedNetwork] = []
 
     def _network(self, model: Model) -> Backend:
         if model.name not in self._counted:
-            network: Backend = super()._network(model)
-            if self._cached:
-                self._caches.append(CachedNetwork(network))
-                network = self._caches[-1]
-            self._counted[model.name] = self.counted(model.name, network)
+            count = partial(self.count, model.name)
+            self._counted[model.name] = CountedNetwork(super()._network(model), count, self._cached)
         return self._counted[model.name]
 
-    def counted(self, name: str, network: Backend) -> CountedNetwork:
-        """Return a network of a name that counts its work."""
-        return CountedNetwork(network)
+    def count(self, name: str, images: Sequence[np.ndarray]) -> None:
+        """Count the work of a network."""
+        self._done += WORK.get(name, np.nan) * sum(image.shape[1] * image.shape[2] for image in images)
 
     def done(self) -> float:
         """Return the work so far, in units of one pass of mobilenet_thin over 656 x 368 pixels."""
-        return sum(WORK.get(name, np.nan) * network.pixels for name, network in self._counted.items())
+        return self._done
 
     def forget(self) -> None:
         """Forget what was computed."""
-        for cache in self._caches:
-            cache.outputs.clear()
+        for network in self._counted.values():
+            network.outputs.clear()
 
 
 class Budget:
@@ -146,12 +138,9 @@ class Budget:
         self._allowed = min(self._allowed + self._work, self._done() + 2 * self._work)
         result = chain.look(frame)
         for part in chain.search():
-            if not self._allows(part):
+            if not part.owed and self._done() + part.seconds / self._unit > self._allowed:
                 break
         return result
-
-    def _allows(self, part: NextPart) -> bool:
-        return part.owed or self._done() + part.seconds / self._unit <= self._allowed
 
 
 @dataclass

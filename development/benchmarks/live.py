@@ -1,12 +1,11 @@
 #!/usr/bin/python3
 """Measure the running nodes: rate, latency by stage, processor and memory, for rates, numbers of people, points.
 
-Each row of the table: a camera driver plays a sequence of 960 x 540 forth and back, and the results of the 3D chain
-with its visualization are counted for a while. The sequences are made of the shipped one, or given by --folder.
+Each row of the table: a camera driver plays a sequence of 960 x 540 forth and back, made of the shipped one, and the
+results of the 3D chain with its visualization are counted for a while.
 `target_rate` is the camera's rate unless it is given. Latency: from the camera's stamp to the arrival of the message in
 a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before and after the nodes run; latencies
-in T are by the mean of both. Start: to the first result. The stages of `age` add up to the latency. --points
-cloud_to_depth: a node makes depth images of clouds.
+in T are by the mean of both. Start: to the first result. The stages of `age` add up to the latency.
 
     ./run bench live                                          # all rates, numbers of people and points
     ./run bench live --rates 30 --people 2 --points depth_image --seconds 30 mode:=balanced
@@ -46,10 +45,8 @@ PEOPLE_3D = '/openpose_ros/skeleton_3d/detected_poses_3d'
 TIMING = '/skeleton_extract_3d_node/timing'
 START_TIMEOUT = 240.0
 TOTALS = ('total', 'age')  # sums of stages
-MADE_DEPTH = f'{NAMESPACE}/depth_registered'
 # Points for the chain: arguments of people.launch.
-POINTS = {'depth_image': [f'depth:={NAMESPACE}/image_depth_rect'], 'point_cloud': [],
-          'cloud_to_depth': [f'depth:={MADE_DEPTH}/image_rect']}
+POINTS = {'depth_image': [f'depth:={NAMESPACE}/image_depth_rect'], 'point_cloud': []}
 
 
 def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
@@ -170,19 +167,13 @@ def measure_all(session: Session, folder: Path, arguments: argparse.Namespace
     """Measure all rows and print each; return their cells and what was seen."""
     rospy.init_node('live', disable_signals=True)
     unit, measured = Unit(), []
-    sequences = {path.name: path for path in arguments.folder or ()} or {
-        people: DEMO if people == 2 else make_crowd(folder / f'crowd_{people}', [people])
-        for people in arguments.people}
-    for points, rate, (people, sequence) in itertools.product(arguments.points, arguments.rates, sequences.items()):
+    for points, rate, people in itertools.product(arguments.points, arguments.rates, arguments.people):
+        sequence = DEMO if people == 2 else make_crowd(folder / f'crowd_{people}', [people])
         before = unit.milliseconds()
-        children = [start_camera(session, make_bag(sequence, folder / 'camera.bag'), rate)]
-        if points == 'cloud_to_depth':
-            children.append(session.start('cloud_to_depth', [
-                'roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true']))
+        camera = start_camera(session, make_bag(sequence, folder / 'camera.bag'), rate)
         seen = watch_nodes(session, ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
                                      f'target_rate:={rate}', *POINTS[points], *arguments.launch], arguments)
-        for child in reversed(children):
-            session.stop(child)
+        session.stop(camera)
         after = unit.milliseconds()
         row = {'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',
                **figures_of(seen, (before + after) / 2)}
@@ -203,8 +194,7 @@ def parse_arguments() -> argparse.Namespace:
     parser = Parser(__doc__)
     parser.add_argument('--rates', type=float, nargs='+', default=[10.0, 15.0, 30.0], help='of the camera [Hz]')
     parser.add_argument('--people', type=int, nargs='+', default=[1, 2, 5, 8], choices=range(1, 9), metavar='1..8')
-    parser.add_argument('--points', nargs='+', choices=POINTS, default=['depth_image', 'point_cloud'])
-    parser.add_argument('--folder', type=Path, nargs='+', help='sequence folders to play instead of --people')
+    parser.add_argument('--points', nargs='+', choices=POINTS, default=[*POINTS])
     parser.add_argument('--seconds', type=float, default=15.0, help='to measure a row (default %(default)s)')
     parser.add_argument('--warm-up', type=float, default=5.0, help='before that [s] (default %(default)s)')
     return parser.parse_live()

@@ -19,18 +19,17 @@ import sys
 from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from chain_runs import BEGIN, WORK, CountedNetwork, CountedNetworks, camera_poses, open_sequence
+from chain_runs import BEGIN, WORK, CountedNetworks, camera_poses, open_sequence
 from common import DEMO, Parser, markdown
 from ground_truth import VISIBLE, true_frames
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detection import NextPart
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.stream.frame_loop import FrameQueue, Taken
 from scoring.people import found_of, pair
@@ -59,27 +58,15 @@ class Machine:
         self.now += seconds * self.slow * (self.load if self.now % PERIOD < BUSY else 1.0)
 
 
-class VirtualNetwork(CountedNetwork):
-    """A network whose work advances the clock of a machine."""
-
-    def __init__(self, model: str, network: Backend, machine: Machine) -> None:
-        super().__init__(network)
-        self._model, self._machine = model, machine
-
-    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
-        pixels = sum(image.shape[0] * image.shape[1] * image.shape[2] for image in images)
-        single = self._model == 'movenet_thunder' and sum(map(len, images)) == 1
-        self._machine.work(START + T * WORK[self._model] * pixels * (SINGLE_CROP if single else 1.0))
-        return super().infer_many(images)
-
-
 class VirtualNetworks(CountedNetworks):
-    """Networks of a machine."""
+    """Networks whose work advances the clock of a machine."""
 
     machine = Machine()
 
-    def counted(self, name: str, network: Backend) -> CountedNetwork:
-        return VirtualNetwork(name, network, self.machine)
+    def count(self, name: str, images: Sequence[np.ndarray]) -> None:
+        pixels = sum(image.shape[0] * image.shape[1] * image.shape[2] for image in images)
+        single = name == 'movenet_thunder' and sum(map(len, images)) == 1
+        self.machine.work(START + T * WORK[name] * pixels * (SINGLE_CROP if single else 1.0))
 
 
 class Chains:
@@ -201,7 +188,7 @@ class Tally:
     """Counts what answers tell: `sums`; `events` of the newest moment as text."""
 
     def __init__(self) -> None:
-        self.sums: Counter = Counter()
+        self.sums = Counter(lost=0, plain=0, ghosts=0, found=0, switches=0, kept=0, returned=0)
         self.events: List[str] = []
         self._people: Dict[int, Person] = {}
         self._owners: Dict[int, int] = {}  # the last person of each id; 0: none

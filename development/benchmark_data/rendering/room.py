@@ -50,10 +50,7 @@ class Room:
     def __init__(self, seed: int, depth: float = 5.6, left: float = -3.4, right: float = 3.4, height: float = 2.8
                  ) -> None:
         self.rng = np.random.default_rng(seed)
-        self.quads: List[np.ndarray] = []
-        self.coordinates: List[np.ndarray] = []
-        self.texture_of: List[int] = []
-        self.is_furniture: List[bool] = []
+        self.quads: List[Tuple[np.ndarray, np.ndarray, int, bool]] = []  # corners, coordinates, texture, furniture
         self.textures: List[np.ndarray] = []
         self.notes: List[str] = []
         self.boxes: List[Box] = []  # furniture
@@ -83,10 +80,8 @@ class Room:
 
     def quad(self, corners: Sequence[Point], texture: int, repeat: Tuple[float, float] = (1, 1),
              furniture: bool = False) -> None:
-        self.quads.append(np.array(corners, float))
-        self.coordinates.append(np.array([[0, repeat[1]], repeat, [repeat[0], 0], [0, 0]], float))
-        self.texture_of.append(texture)
-        self.is_furniture.append(furniture)
+        coordinates = np.array([[0, repeat[1]], repeat, [repeat[0], 0], [0, 0]], float)
+        self.quads.append((np.array(corners, float), coordinates, texture, furniture))
 
     def upright(self, x: float, y: float, z: float, width: float, height: float, texture: int) -> None:
         """Add a rectangle that faces the camera, its lower left corner at x, y, z."""
@@ -263,7 +258,7 @@ class Room:
 
     def mesh(self) -> Mesh:
         """Return all quads as triangles."""
-        count = len(self.quads)
-        faces = (np.arange(count)[:, None, None] * 4 + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
-        return Mesh(np.concatenate(self.quads), faces, np.concatenate(self.coordinates),
-                    np.repeat(self.texture_of, 2), np.repeat(self.is_furniture, 2))
+        corners, coordinates, texture_of, furniture = zip(*self.quads)
+        faces = (np.arange(len(corners))[:, None, None] * 4 + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+        return Mesh(np.concatenate(corners), faces, np.concatenate(coordinates), np.repeat(texture_of, 2),
+                    np.repeat(furniture, 2))

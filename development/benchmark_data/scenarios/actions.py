@@ -1,4 +1,5 @@
 """What people do in random scenes: a stage that is filled with places, movers and furniture."""
+from functools import partial
 from types import SimpleNamespace
 from typing import Any, Callable, Dict, FrozenSet, List, Sequence, Set, Tuple
 
@@ -77,8 +78,7 @@ def stand(stage: Stage, turning: bool = False) -> None:
         head_yaw=stage.glances(), stance=rng.uniform(0.04, 0.10)), stage.seed()))
 
 
-def turn(stage: Stage) -> None:
-    stand(stage, turning=True)
+turn = partial(stand, turning=True)
 
 
 def walk_along(stage: Stage, start: Tuple[float, float], end: Tuple[float, float], speed: float) -> None:

@@ -23,12 +23,12 @@ from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.transform import transform_people
 
 from .counts import Counts, tags_of
-from .figures import Quantile, of_rows
+from .figures import Quantile, of_rows, values_of
 from .people import pair
 
-# One row for each robot and time of publication [s]: true distance and bound [m], age of the newest people [s], whether
-# the nearest person is in view, and whether the person was found in a frame before.
-ROW = np.dtype([('time', 'f8'), ('true', 'f8'), ('bound', 'f8'), ('age', 'f8'), ('in_view', '?'), ('known', '?')])
+# One row for each robot and time of publication: true distance less bound, and bound [m]; age of the newest people [s];
+# whether the nearest person is in view, and whether the person was found in a frame before.
+ROW = np.dtype([('slack', 'f8'), ('bound', 'f8'), ('age', 'f8'), ('in_view', '?'), ('known', '?')])
 ROBOTS, RATE = 3, 20.0
 # Of links: gap when it is drawn, and at least [m]; radius [m]; greatest speed [m/s].
 GAPS, LEAST_GAP, RADIUS, SPEED = (0.5, 2.5), 0.3, 0.1, 1.0
@@ -129,7 +129,7 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery) -> Counts
             if not len(capsules):
                 continue
             bound, (true, person) = estimator.at(now, links).bound, true_distance(capsules, links)
-            rows.append(np.array([(now, true, bound, now - newest, seen[person], person in known)], ROW))
+            rows.append(np.array([(true - bound, bound, now - newest, seen[person], person in known)], ROW))
     return Counts(folder.resolve().name, tags_of(folder), {'scenes': 1.0}, {'separation': np.concatenate(rows)})
 
 
@@ -177,27 +177,14 @@ def _robots(truth: _Truth, scene: str) -> List[_Robot]:
     return robots
 
 
-def slack(counts: Counts) -> np.ndarray:
-    """Return by how much bounds are below the true distance, where the nearest person is in view [m]."""
-    rows = counts.rows['separation']
-    return np.asarray((rows['true'] - rows['bound'])[np.isfinite(rows['bound']) & rows['in_view']])
-
-
-def until_zero(counts: Counts) -> np.ndarray:
-    """Return the greatest age of people at which a bound of a scene was above 0, (1,) [s]."""
-    rows = counts.rows['separation']
-    return np.array([rows['age'][rows['bound'] > 0].max(initial=0.0)])
-
-
-def _broken(rows: np.ndarray) -> np.ndarray:
-    return rows['bound'] > rows['true']
-
-
+_SLACK = values_of('separation', 'slack', lambda rows: rows['in_view'])
 STATISTICS = {
-    'broken': of_rows('bounds above the true distance', 'separation', _broken, digits=4),
+    'broken': of_rows('bounds above the true distance', 'separation', lambda rows: rows['slack'] < 0, digits=4),
     'broken_known': of_rows('the same, of bounds above 0 where the nearest person was found before', 'separation',
-                            _broken, lambda rows: rows['known'] & (rows['bound'] > 0), digits=4),
-    'slack': Quantile('median slack, person in view', slack, 0.5, 'm', 3),
-    'slack_95': Quantile('95 % of the slack, person in view', slack, 0.95, 'm', 2),
+                            lambda rows: rows['slack'] < 0, lambda rows: rows['known'] & (rows['bound'] > 0), digits=4),
+    'slack': Quantile('median slack, person in view', _SLACK, 0.5, 'm', 3),
+    'slack_95': Quantile('95 % of the slack, person in view', _SLACK, 0.95, 'm', 2),
     'zero': of_rows('bounds of 0', 'separation', lambda rows: rows['bound'] == 0),
-    'until_zero': Quantile('greatest age of data with a bound above 0', until_zero, 1.0, 's', 2)}
+    # of each scene one value
+    'until_zero': Quantile('greatest age of data with a bound above 0', lambda counts: counts.rows['separation']['age'][
+        counts.rows['separation']['bound'] > 0].max(initial=0.0, keepdims=True), 1.0, 's', 2)}

@@ -10,7 +10,7 @@ webcams of 1280 x 720 px, 57 frames in 9.5 s, calibrated by the ChArUco board th
 import csv
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -61,7 +61,7 @@ class Camera(NamedTuple):
     pose: Transform
     video: Path = Path()
     rate: float = 1.0
-    people: Sequence[People2D] = ()
+    people: Sequence[Any] = ()
 
     def frames(self, most: int) -> Iterator[np.ndarray]:
         """Yield the first images, (1920, 1088, 3) uint8 BGR."""

@@ -1,6 +1,6 @@
 """Several cameras."""
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -8,16 +8,13 @@ from chain_runs import Finder, Frames, camera_poses, open_sequence
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import Sighting, from_image, from_space
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.people import People2D
 from results import Options, Section, Table, scenes_with
 from scoring.counts import Counts, blocks_of, by_value
 from scoring.figures import few_scenes, figures
 from scoring.people import WORLD_STATISTICS as STATISTICS
 from scoring.people import score_world
+from sections.real_cameras import Camera
 from skeleton_extract_3d.chain_settings import ChainSettings
-from skeleton_extract_3d.people import People3D
-from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.transform import Transform
 
 COLUMNS = {'persons_recall': 'people found', 'persons_precision': 'real', 'visible_median': 'median [mm]',
            'visible_100': 'within 100 mm', 'hidden_100': 'seen by none, within 100 mm', 'switches': 'switches',
@@ -28,15 +25,6 @@ BLOCK = 0.5
 TITLES = {'all': 'all cameras', 'one': 'one camera alone', 'dead': 'one camera dead from the middle on',
           'moved': 'one camera moved by 100 mm', 'late': 'stamps wrong by up to 20 ms',
           'one_depth': 'one camera with depth', 'no_depth': 'no depth'}
-
-
-class Recorded(NamedTuple):
-    """Name, model and pose of a camera in the world, and stamp [s] and people of its frames."""
-
-    name: str
-    model: CameraModel
-    pose: Transform
-    frames: List[Tuple[float, People3D, People2D]]
 
 
 class Case(NamedTuple):
@@ -59,12 +47,12 @@ class Case(NamedTuple):
 
 def measure(options: Options) -> Section:
     """Fuse the people that the chain finds with each camera of stages: rendered ones, or of --data stages=FOLDER."""
-    folders = scenes_with(options, 'stages', lambda folder: True, 'gt_world.json')
+    folders = scenes_with(options, 'stages', 'cameras', 'gt_world.json')
     counts: Dict[str, List[Counts]] = {name: [] for name in TITLES}
     blocks: Dict[str, List[Counts]] = {name: [] for name in TITLES}
     for folder in folders[:1] if options.quick else folders:
         recorded = record(folder)
-        for case in cases(len(recorded), len(recorded[0].frames)):
+        for case in cases(len(recorded), len(recorded[0].people)):
             fused = fuse(recorded, case)
             counts[case.name].append(score_world(folder, fused))
             blocks[case.name] += [score_world(folder, fused, part)
@@ -84,14 +72,14 @@ def measure(options: Options) -> Section:
                     Table('All cameras', seen)])
 
 
-def record(stage: Path) -> List[Recorded]:
-    """Run the chain on each camera of a stage."""
+def record(stage: Path) -> List[Camera]:
+    """Run the chain on each camera of a stage; people: stamp [s], and people in space and in the image."""
     finder, recorded = Finder(build(ChainSettings, {'mode': 'balanced'})), []
     for folder in sorted(stage.glob('cam*')):
         sequence, run = open_sequence(folder), finder.run(folder)
         pose = camera_poses(folder)[0]
         frames = [(stamp, people, image) for (stamp, people), image in zip(run.frames, run.people)]
-        recorded.append(Recorded(folder.name, sequence.camera, (pose[:3, :3], pose[:3, 3]), frames))
+        recorded.append(Camera(folder.name, sequence.camera, (pose[:3, :3], pose[:3, 3]), people=frames))
     return recorded
 
 
@@ -105,18 +93,18 @@ def cases(number: int, frames: int) -> List[Case]:
             Case('one_depth', every, everyone[1:]), Case('no_depth', every, everyone)]
 
 
-def fuse(recorded: Sequence[Recorded], case: Case) -> Frames:
+def fuse(recorded: Sequence[Camera], case: Case) -> Frames:
     """Return the fused people of each frame."""
     fusion, fused = PeopleFusion(), []
-    for frame in range(min(len(camera.frames) for camera in recorded)):
-        stamp = recorded[0].frames[frame][0]
+    for frame in range(min(len(camera.people) for camera in recorded)):
+        stamp = recorded[0].people[frame][0]
         fused.append((stamp, fusion.update([_sighting(camera, frame, case, number) for number, camera
                                             in enumerate(recorded) if case.sent[number, frame]], stamp)))
     return fused
 
 
-def _sighting(camera: Recorded, frame: int, case: Case, number: int) -> Sighting:
-    stamp, people, image = camera.frames[frame]
+def _sighting(camera: Camera, frame: int, case: Case, number: int) -> Sighting:
+    stamp, people, image = camera.people[frame]
     stamp += np.broadcast_to(case.late, case.sent.shape)[number, frame]
     pose = (camera.pose[0], camera.pose[1] + np.array([0.1 if case.moved == number else 0.0, 0.0, 0.0]))
     if number in case.rgb:

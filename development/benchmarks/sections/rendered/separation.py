@@ -1,5 +1,4 @@
 """People and a robot: how near they are, and how the bound below that holds."""
-import json
 from typing import Dict, List
 
 from results import Options, Section, Table
@@ -22,10 +21,8 @@ COLUMNS = {'broken': 'bound broken', 'broken_known': 'of bounds above 0, person 
 def measure(options: Options) -> Section:
     """Bound the distances of the people of mode balanced from links of simulated robots."""
     counts: Dict[str, List[Counts]] = {name: [] for name in CASES}
-    scenes = list(options.scenes)
-    for folder, each in zip(scenes, count(options, {'mode': 'balanced'})):
-        truth = json.loads((folder / 'gt.json').read_text())['frames'][:int(each.sums['frames'])]
-        found = people_of(each, [frame['t'] for frame in truth])
+    for folder, each in zip(options.scenes, count(options, {'mode': 'balanced'})):
+        found = people_of(folder, each)
         for name, (_, delivery) in CASES.items():
             counts[name].append(score_separation(folder, found, delivery))
     named = {f'{name}_{key}': figure for name, each in counts.items() for key, figure in figures(

@@ -31,9 +31,8 @@ def measure(options: Options) -> Section:
     bins, before = bins_of(counts), bins_of([uncalibrated(each) for each in counts])
     found, bare = ({name: figures(each, STATISTICS) for name, each in groups.items()} for groups in (bins, before))
     picture = by_group('sigma', 'Errors within sigma and twice sigma, before and after its calibration', {
-        f'share within {number} sigma': {title: {name: each[f'within_{number}_sigma'] for name, each in groups.items()}
-                                         for title, groups in (('calibrated', found), ('before', bare))}
-        for number in (1, 2)})
+        f'share within {number} sigma': {title: (groups, f'within_{number}_sigma') for title, groups in (
+            ('calibrated', found), ('before', bare))} for number in (1, 2)})
     named = {f'{name.lower()}_{key}': figure for name in ('all', 'MEASURED', 'INFERRED') if name in found
              for key, figure in found[name].items()}
     shown = {name: each for name, each in bins.items() if name in ('all', 'MEASURED', 'INFERRED') or 'mm' in name}
