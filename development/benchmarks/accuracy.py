@@ -26,9 +26,8 @@ from openpose_ros_pkg.command_line import add_settings, run_command, setting_val
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import keypoints_in
 from openpose_ros_pkg.skeletons import COCO_18
-from scoring.figures import figures
+from scoring.figures import figures, rows_of
 from scoring.people import STATISTICS, TABLE, score_people
-from scoring.tables import rows_of
 from skeleton_extract_3d.chain_settings import ChainSettings
 
 # In the image: maximum median distance of the joints of a person from the true ones, in half diagonals; visible joints
@@ -78,8 +77,8 @@ def main() -> int:
     rows = rows_of({**{f'{number}: {each.scene}': [each] for number, each in enumerate(counts, 1)}, 'all': counts},
                    STATISTICS, TABLE, 'scene')
     print(markdown(rows), 'all, with 95 % intervals; of less than five scenes they are hardly more than their range:',
-          *(f'{each.text}: {each.interval} {each.unit}, n {each.n}' for each in figures(counts, STATISTICS).values()),
-          sep='\n')
+          *(f'{each.text}: {each.interval} {each.unit}'.rstrip() + f', n {each.n}'
+            for each in figures(counts, STATISTICS).values()), sep='\n')
     return 0
 
 

@@ -29,14 +29,6 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, doc: str) -> None:
         super().__init__(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
 
-    def parse_live(self) -> argparse.Namespace:
-        """Return the arguments; those like NAME:=VALUE, of the launch file, may stand anywhere and come as `launch`."""
-        self.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file')
-        named = [text for text in sys.argv[1:] if ':=' in text]
-        arguments = self.parse_args([text for text in sys.argv[1:] if text not in named])
-        arguments.launch = named
-        return arguments
-
 
 def scenes_of(folder: Path) -> List[Path]:
     """Return the scenes with known joints in a folder."""

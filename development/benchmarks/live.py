@@ -19,7 +19,7 @@ import sys
 import time
 import xmlrpc.client
 from pathlib import Path
-from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Dict, Iterable, List, Mapping, Optional, Tuple
 
 import numpy as np
 import psutil
@@ -94,28 +94,13 @@ def node_process(name: str) -> psutil.Process:
     return psutil.Process(node.getPid(rospy.get_name())[2])
 
 
-class Watched(NamedTuple):
-    """Results of nodes in some seconds.
+def watch_nodes(session: Session, command: List[str], options: argparse.Namespace) -> Tuple[
+        Dict[str, object], np.ndarray, np.ndarray]:
+    """Start nodes, watch their results for a while after they have warmed up, and end them.
 
-    Attributes:
-        start: from their start to the first result [s].
-        arrivals, latencies, people: time [s], delay [s] and people of each result.
-        processor, memory: of each node [% of a core], [MB].
-        stages: mean of each stage [ms].
+    Returns:
+        Cells of a row; latency [s] and number of people of each result.
     """
-
-    start: float
-    seconds: float
-    arrivals: np.ndarray
-    latencies: np.ndarray
-    people: np.ndarray
-    processor: Dict[str, float]
-    memory: Dict[str, float]
-    stages: Dict[str, float]
-
-
-def watch_nodes(session: Session, command: List[str], options: argparse.Namespace) -> Watched:
-    """Start nodes, and watch their results for a while after they have warmed up; end them."""
     watch, began = ResultWatch(PEOPLE_3D, PersonDetection_3dArray), time.monotonic()
     nodes = session.start('nodes', command)
     wait_for(lambda: watch.arrivals, START_TIMEOUT, 'first results', nodes)
@@ -130,11 +115,20 @@ def watch_nodes(session: Session, command: List[str], options: argparse.Namespac
     last, seconds = len(watch.arrivals), time.monotonic() - begin
     processor = {node: process.cpu_percent() for node, process in processes.items()}
     memory = {node: process.memory_info().rss / 1e6 for node, process in processes.items()}
-    stages = rospy.wait_for_message(TIMING, Timing, START_TIMEOUT)
+    timing = rospy.wait_for_message(TIMING, Timing, START_TIMEOUT)
     watch.stop()
     session.stop(nodes)
-    series = (np.array(getattr(watch, name)[first:last]) for name in ('arrivals', 'latencies', 'people'))
-    return Watched(start, seconds, *series, processor, memory, {stage.stage: stage.mean for stage in stages.stages})
+    latencies, people = np.array(watch.latencies[first:last]), np.array(watch.people[first:last])
+    late = 1e3 * np.percentile(latencies, (50, 95))
+    means = {stage.stage: stage.mean for stage in timing.stages
+             if np.isfinite(stage.mean) and stage.stage not in TOTALS}
+    return {'results [Hz]': round(len(people) / seconds, 1),
+            'latency median / 95 % [ms]': ' / '.join(f'{value:.0f}' for value in late),
+            'sum of the stages': round(sum(means.get(name, 0.0) for name in AGE_STAGES)),
+            'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
+            'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(people))),
+            'processor [% of a core]': by_node(processor), 'memory [MB]': by_node(memory),
+            'start [s]': round(start, 1)}, latencies, people
 
 
 def by_node(values: Mapping[str, float]) -> str:
@@ -148,43 +142,31 @@ def worth_reading(log: Path) -> Iterable[str]:
             if any(word in line for word in ('networks may take', 'WARN', 'ERROR')))
 
 
-def figures_of(seen: Watched, unit: float) -> Dict[str, object]:
-    """Return the cells of the nodes in a row; `unit` is T [ms]."""
-    late = 1e3 * np.percentile(seen.latencies, (50, 95))
-    means = {name: value for name, value in seen.stages.items() if np.isfinite(value) and name not in TOTALS}
-    return {'results [Hz]': round(len(seen.arrivals) / seen.seconds, 1),
-            'latency median / 95 % [ms]': ' / '.join(f'{value:.0f}' for value in late),
-            'in T': ' / '.join(f'{value:.2f}' for value in late / unit),
-            'sum of the stages': round(sum(means.get(name, 0.0) for name in AGE_STAGES)),
-            'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
-            'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(seen.people))),
-            'processor [% of a core]': by_node(seen.processor), 'memory [MB]': by_node(seen.memory),
-            'start [s]': round(seen.start, 1)}
-
-
-def measure_all(session: Session, folder: Path, arguments: argparse.Namespace
-                ) -> List[Tuple[Dict[str, object], Watched]]:
-    """Measure all rows and print each; return their cells and what was seen."""
+def measure_all(session: Session, folder: Path, arguments: argparse.Namespace) -> List[Tuple[
+        Dict[str, object], np.ndarray, np.ndarray]]:
+    """Measure all rows and print each; return their cells, and latency [s] and number of people of each result."""
     rospy.init_node('live', disable_signals=True)
     unit, measured = Unit(), []
     for points, rate, people in itertools.product(arguments.points, arguments.rates, arguments.people):
         sequence = DEMO if people == 2 else make_crowd(folder / f'crowd_{people}', [people])
         before = unit.milliseconds()
         camera = start_camera(session, make_bag(sequence, folder / 'camera.bag'), rate)
-        seen = watch_nodes(session, ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
-                                     f'target_rate:={rate}', *POINTS[points], *arguments.launch], arguments)
+        cells, *seen = watch_nodes(session, [
+            'roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false', f'target_rate:={rate}',
+            *POINTS[points], *arguments.launch], arguments)
         session.stop(camera)
         after = unit.milliseconds()
-        row = {'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',
-               **figures_of(seen, (before + after) / 2)}
-        measured.append((row, seen))
+        in_unit = 1e3 * np.percentile(seen[0], (50, 95)) / ((before + after) / 2)
+        row = {'camera [Hz]': rate, 'people': people, 'points': points, **cells,
+               'T [ms]': f'{before:.0f} - {after:.0f}', 'in T': ' / '.join(f'{value:.2f}' for value in in_unit)}
+        measured.append((row, *seen))
         print(' | '.join(map(str, row.values())), *worth_reading(folder / 'nodes.log'), sep='\n', flush=True)
     return measured
 
 
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
     """Measure all rows and print the table."""
-    rows = [row for row, _ in measure_all(session, folder, arguments)]
+    rows = [row for row, *_ in measure_all(session, folder, arguments)]
     print('\n' + markdown([[*rows[0]], *(row.values() for row in rows)]), flush=True)
     return []
 
@@ -197,7 +179,11 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--points', nargs='+', choices=POINTS, default=[*POINTS])
     parser.add_argument('--seconds', type=float, default=15.0, help='to measure a row (default %(default)s)')
     parser.add_argument('--warm-up', type=float, default=5.0, help='before that [s] (default %(default)s)')
-    return parser.parse_live()
+    parser.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file, anywhere')
+    named = [text for text in sys.argv[1:] if ':=' in text]
+    arguments = parser.parse_args([text for text in sys.argv[1:] if text not in named])
+    arguments.launch = named
+    return arguments
 
 
 if __name__ == '__main__':

@@ -74,7 +74,7 @@ class Rig:
     def __init__(self, body: Body) -> None:
         anny = anny_model()
         self.body, self.bones, self.parents = body, anny.bones, anny.parents
-        self.heads = body.reference[:, :3, 3].copy()
+        self.heads, self.rest_heads = body.reference[:, :3, 3].copy(), np.linalg.inv(body.rest_inverse)[:, :, 3]
         self.hip = 0.5 * (self._head('upperleg01.L') + self._head('upperleg01.R'))
         self.segments = {
             side: {name: self._head(f'{end}.{side}') - self._head(f'{start}.{side}') for name, start, end in (
@@ -163,8 +163,7 @@ class Rig:
     def _posed(self, bones: np.ndarray) -> Posed:
         body = self.body
         joints = body.regressor @ skin(bones, body.regressed_skinning, body.regressed_rest)
-        rest_heads = np.linalg.inv(body.rest_inverse)[:, :, 3]
-        shoulders = {side: (bones[i] @ rest_heads[i])[:3] for side, i in (
+        shoulders = {side: (bones[i] @ self.rest_heads[i])[:3] for side, i in (
             (side, self.bones[f'upperarm01.{side}']) for side, _ in SIDES)}
         return Posed(joints[:18], joints[18:], shoulders, bones)
 
@@ -264,7 +263,7 @@ class Rig:
 
     def hand_points(self, posed: Posed) -> np.ndarray:
         """Return the (2, 21, 3) points of right and left hand [m], world: joint centres, tips inside the finger end."""
-        heads = np.einsum('nij,nj->ni', posed.bones, np.linalg.inv(self.body.rest_inverse)[:, :, 3])[:, :3]
+        heads = np.einsum('nij,nj->ni', posed.bones, self.rest_heads)[:, :3]
         points = np.zeros((2, 21, 3))
         for hand, side in enumerate('RL'):
             points[hand, 0] = heads[self.bones[f'wrist.{side}']]

@@ -5,7 +5,7 @@ ones and gives the figure; the others, drawn with replacement by a fixed seed, g
 1979). Figures of two runs on the same scenes share the draws, so the interval of their difference is paired.
 """
 from dataclasses import dataclass
-from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Sequence
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -191,6 +191,16 @@ def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: M
     weights = draws(len(before), resamples)
     return {name: _figure(each, each.values(after, weights) - each.values(before, weights), before)
             for name, each in statistics.items()}
+
+
+def rows_of(groups: Mapping[str, Sequence[Counts]], statistics: Mapping[str, Any], names: Mapping[str, str], first: str
+            ) -> List[List[Any]]:
+    """Return the rows of a table: one for each group that has figures, one column for each statistic with its title."""
+    found = {title: [*figures(counts, {name: statistics[name] for name in names}).values()]
+             for title, counts in groups.items()}
+    return [[first, 'scenes', *names.values()],
+            *([title, max(figure.scenes for figure in each), *each] for title, each in found.items()
+              if any(figure.value is not None for figure in each))]
 
 
 def _figure(statistic: object, values: np.ndarray, counts: Sequence[Counts]) -> Figure:

@@ -13,9 +13,8 @@ from common import on_a_master
 from live import PEOPLE_3D, TOPICS, make_bag, played_stamps, start_camera, worth_reading
 from results import Options, Section, Table
 from scoring.counts import Counts
-from scoring.figures import Figure, figures
+from scoring.figures import Figure, figures, rows_of
 from scoring.people import SHORT_TABLE, STATISTICS, score_people
-from scoring.tables import rows_of
 from session import Session, wait_for
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros.convert import people_from_array

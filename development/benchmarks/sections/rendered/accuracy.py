@@ -4,9 +4,8 @@ from typing import Any, Dict
 from results import Options, Section, Table
 from results.counting import count
 from scoring.counts import by_tag, by_value
-from scoring.figures import figures
+from scoring.figures import figures, rows_of
 from scoring.people import FEET_STATISTICS, FEET_TABLE, SHORT_TABLE, STATISTICS, UPRIGHT
-from scoring.tables import rows_of
 
 # What each row runs: parameters of the chain, true pixels, one of so many scenes.
 ROWS: Dict[str, Dict[str, Any]] = {

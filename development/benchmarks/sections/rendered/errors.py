@@ -4,9 +4,8 @@ from results import Options, Section, Table
 from results.counting import count
 from results.plots import by_group
 from scoring.counts import by_bin, by_tag, by_value
-from scoring.figures import figures
+from scoring.figures import figures, rows_of
 from scoring.people import JOINT_STATISTICS
-from scoring.tables import rows_of
 
 # Columns of the tables. Distances of joints from the camera, along its axis [m].
 COLUMNS = {'visible_median': 'median [mm]', 'visible_90': '90 % [mm]', 'visible_100': 'visible within 100 mm',

@@ -4,9 +4,8 @@ from dataclasses import replace
 from common import scenes_of
 from results import Options, Section, Table
 from results.counting import count
-from scoring.figures import figures
+from scoring.figures import figures, rows_of
 from scoring.people import SHORT_TABLE, STATISTICS
-from scoring.tables import rows_of
 
 MODES = ('fast', 'balanced')
 COLUMNS = {**SHORT_TABLE, 'exchanged': 'exchanged'}

@@ -5,9 +5,8 @@ from development.results import read_results
 from results import Options, Section, Table
 from results.counting import count
 from results.plots import trade_off
-from scoring.figures import figures
+from scoring.figures import figures, rows_of
 from scoring.people import SHORT_TABLE, STATISTICS
-from scoring.tables import rows_of
 
 # Parameters of the chain and, for slow ones, one of so many scenes; by the name of their figures.
 ROWS: Dict[str, Dict[str, Any]] = {

@@ -4,9 +4,8 @@ from typing import Dict, List
 from results import Options, Section, Table
 from results.counting import count, people_of
 from scoring.counts import Counts
-from scoring.figures import figures
+from scoring.figures import figures, rows_of
 from scoring.separation import GAPS, RATE, ROBOTS, STATISTICS, Delivery, score_separation
-from scoring.tables import rows_of
 
 CASES = {'as_they_come': ('all frames, 100 ms late', Delivery()),
          'dropped': ('every other frame', Delivery(every=2)),

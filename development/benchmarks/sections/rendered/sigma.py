@@ -9,9 +9,8 @@ from results import Options, Section, Table
 from results.counting import count
 from results.plots import by_group
 from scoring.counts import Counts, by_bin, by_tag, by_value
-from scoring.figures import Quantile, figures
+from scoring.figures import Quantile, figures, rows_of
 from scoring.people import within_sigmas
-from scoring.tables import rows_of
 from sections.rendered.errors import DISTANCES, JOINTS
 from skeleton_extract_3d.people import INFERRED, MEASURED
 from skeleton_extract_3d.track.calibration import change, kinds_of, share_measured
