@@ -39,10 +39,8 @@ class Job(NamedTuple):
 def jobs_of(name: str, out: Optional[Path], count: int) -> List[Job]:
     """Return the scenes of a set, all its kinds if it is whole; or a scenario by hand.
 
-    Raises
-    ------
-    ValueError
-        There is no such set or scenario.
+    Raises:
+        ValueError: there is no such set or scenario.
     """
     folder = out or RENDERED
     if name in {*GROUPS, *SCENARIOS}:

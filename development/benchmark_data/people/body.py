@@ -80,10 +80,8 @@ class AnnyModel(NamedTuple):
 def anny_model() -> AnnyModel:
     """Load the model.
 
-    Raises
-    ------
-    ImportError
-        This is not the environment for rendering.
+    Raises:
+        ImportError: this is not the environment for rendering.
     """
     import anny
     model = anny.Anny(topology='makehuman-full')

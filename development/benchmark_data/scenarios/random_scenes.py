@@ -35,10 +35,8 @@ class ArrangementError(RuntimeError):
 def build_scene(plan: Plan) -> Scene:
     """Return the first scene in which no two people, and no person and furniture, are in each other, and all are seen.
 
-    Raises
-    ------
-    ArrangementError
-        No arrangement was found.
+    Raises:
+        ArrangementError: no arrangement was found.
     """
     rigs = [Rig(Body(person)) for person in plan.people]
     problem = ''

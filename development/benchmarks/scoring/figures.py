@@ -179,8 +179,8 @@ def few_scenes(counts: Sequence[Counts], blocks: Sequence[Counts], statistics: M
             for name, figure in figures(counts, statistics, 0).items()}
 
 
-def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: Mapping[str, object],
-                resamples: int = RESAMPLES) -> Dict[str, Figure]:
+def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: Mapping[str, object]
+                ) -> Dict[str, Figure]:
     """Return how the figures change from one run to another on the same scenes, with paired intervals.
 
     Raises:
@@ -188,7 +188,7 @@ def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: M
     """
     if [each.scene for each in before] != [each.scene for each in after]:
         raise ValueError('a paired difference needs the same scenes in the same order')
-    weights = draws(len(before), resamples)
+    weights = draws(len(before))
     return {name: _figure(each, each.values(after, weights) - each.values(before, weights), before)
             for name, each in statistics.items()}
 

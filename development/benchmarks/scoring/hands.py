@@ -71,7 +71,11 @@ def score_hands(folder: Path, frames: Iterable[Frame], part: slice = WHOLE) -> C
         true = [(Hand(hand['side'] == 'left', np.array(hand['uv']), np.array(hand['xyz'])), np.array(hand['vis']))
                 for person in frame['people'] for hand in person.get('hands', ())]
         true = [(hand, labels) for hand, labels in true if (labels != OUTSIDE).sum() >= LEAST_POINTS]
-        apart = np.array([[_apart(hand, other) for other in hands] for hand, _ in true]).reshape(len(true), len(hands))
+        apart = np.full((len(true), len(hands)), 1e3)
+        for row, other in np.ndindex(*apart.shape):
+            distances = _apart(true[row][0], hands[other])
+            if np.isfinite(distances).any():
+                apart[row, other] = min(np.nanmedian(distances), 1e3)
         pairs = {row: hands[other] for row, other in zip(*linear_sum_assignment(apart)) if apart[row, other] <= GATE}
         for name, count in (('true', len(true)), ('found', len(hands)), ('paired', len(pairs)),
                             ('sides', sum(true[row][0].left == other.left for row, other in pairs.items()))):
@@ -93,13 +97,9 @@ def _angles(true: Dict[str, np.ndarray], faces: Sequence[Face]) -> List[Tuple[fl
     return [(angle, angle / np.degrees(face.sigma)) for angle, face in zip(angles, near)]
 
 
-def _size(hand: Hand) -> float:
-    return float(np.ptp(hand.uv, axis=0).max())
-
-
-def _apart(true: Hand, other: Hand) -> float:
-    distances = np.linalg.norm(true.uv - other.uv, axis=1) / _size(true)
-    return min(float(np.nanmedian(distances)), 1e3) if np.isfinite(distances).any() else 1e3
+def _apart(true: Hand, other: Hand) -> np.ndarray:
+    """Return the distances of points in the image, (21,) [hand sizes]."""
+    return np.linalg.norm(true.uv - other.uv, axis=1) / np.ptp(true.uv, axis=0).max()
 
 
 def _rows(true: Hand, labels: np.ndarray, found: Any) -> np.ndarray:
@@ -107,8 +107,7 @@ def _rows(true: Hand, labels: np.ndarray, found: Any) -> np.ndarray:
     rows['label'] = labels
     rows['error'] = rows['apart'] = rows['sigma'] = np.nan
     if found is not None:
-        rows['error'] = np.linalg.norm(true.xyz - found.xyz, axis=1)
-        rows['apart'] = np.linalg.norm(true.uv - found.uv, axis=1) / _size(true)
+        rows['error'], rows['apart'] = np.linalg.norm(true.xyz - found.xyz, axis=1), _apart(true, found)
         rows['status'], rows['sigma'] = found.status, found.sigma
     return rows
 
