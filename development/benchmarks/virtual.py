@@ -19,7 +19,7 @@ import sys
 from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence
+from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -242,24 +242,6 @@ def row_of(name: Sequence[object], sums: Counter, latencies: Sequence[float]) ->
             ' / '.join(f'{value:.2f}' for value in np.percentile(latencies, (50, 95)))]
 
 
-def measure(chains: Chains, arguments: Any) -> None:
-    """Print a table: a row for each run, and one for all."""
-    rows, total, every = [], Counter(), []
-    for folder in arguments.sequences:
-        moments = moments_of(folder)
-        for rate, slow, load in itertools.product(arguments.rates, arguments.slow, arguments.loads):
-            played = passes(moments, rate, arguments.passes, arguments.black, arguments.light)
-            answers = play(chains.new(slow, load), chains.machine, played)
-            sums = counted(played, answers, arguments.tell)
-            latencies = [answer.latency / T / slow for answer in answers]
-            rows.append(row_of((folder.resolve().name, f'{rate:g}', f'{slow:g}', f'{load:g}'), sums, latencies))
-            print(*rows[-1], sep=' | ', flush=True)
-            unreported = max(total['unreported'], sums['unreported'])
-            total.update(sums)
-            total['unreported'], every = unreported, [*every, *latencies]
-    print('\n' + markdown([TITLES, *rows, row_of(('all', '', '', ''), total, every)]))
-
-
 def main() -> int:
     """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
@@ -275,7 +257,21 @@ def main() -> int:
     parser.add_argument('--tell', action='store_true', help='print each loss, ghost and switch')
     add_settings(parser, 'of the chain')
     arguments = parser.parse_args()
-    measure(Chains(build(ChainSettings, setting_values(parser, arguments.settings))), arguments)
+    chains = Chains(build(ChainSettings, setting_values(parser, arguments.settings)))
+    rows, total, every = [], Counter(), []
+    for folder in arguments.sequences:
+        moments = moments_of(folder)
+        for rate, slow, load in itertools.product(arguments.rates, arguments.slow, arguments.loads):
+            played = passes(moments, rate, arguments.passes, arguments.black, arguments.light)
+            answers = play(chains.new(slow, load), chains.machine, played)
+            sums = counted(played, answers, arguments.tell)
+            latencies = [answer.latency / T / slow for answer in answers]
+            rows.append(row_of((folder.resolve().name, f'{rate:g}', f'{slow:g}', f'{load:g}'), sums, latencies))
+            print(*rows[-1], sep=' | ', flush=True)
+            unreported = max(total['unreported'], sums['unreported'])
+            total.update(sums)
+            total['unreported'], every = unreported, [*every, *latencies]
+    print('\n' + markdown([TITLES, *rows, row_of(('all', '', '', ''), total, every)]))
     return 0
 
 

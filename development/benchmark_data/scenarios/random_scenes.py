@@ -175,10 +175,13 @@ def _signal(stage: Stage, place: Place, style: str, targets: Dict[str, np.ndarra
     style: of pointing, see `Gesture`.
     """
     rng, rig = stage.rng, stage.next_rig()
-    when = rng.uniform(1.3, 4.8)
-    intervals = [[], [(-1.0, when)], [(when, 60.0)]][int(rng.integers(0, 3))]
-    busy = [(when - acts.RISE - RAMP, when + RAMP) if intervals[0][1] > 10 else (when - RAMP, when + acts.RISE + RAMP)
-            ] if intervals else []
+    when, rise = rng.uniform(1.3, 4.8), acts.RISE
+    # when a person sits, when that changes, and the arms at rest: of those who stand, rise, sit down
+    intervals, busy, arms = (
+        ([], [], [(0, 'down')]),
+        ([(-1.0, when)], [(when - RAMP, when + rise + RAMP)], [(0, 'lap'), (when, 'lap'), (when + rise, 'down')]),
+        ([(when, 60.0)], [(when - rise - RAMP, when + RAMP)], [(0, 'down'), (when - rise, 'down'), (when, 'lap')]),
+    )[int(rng.integers(0, 3))]
     gestures: List[Gesture] = []
     deck: List[str] = []
     start = rng.uniform(0.3, 0.6)
@@ -192,19 +195,10 @@ def _signal(stage: Stage, place: Place, style: str, targets: Dict[str, np.ndarra
         deck = deck or [str(name) for name in rng.permutation([*ONE_HANDED, 'point', 'point', 'arms_crossed'])]
         gestures.append(_gesture(rng, place, targets, Gesture(start, end, deck.pop(), style=style)))
         start = end + rng.uniform(0.65, 0.95)
-    arms = _rest_of_arms(intervals, when)
     actor = acts.sit(rig, place, stage.seed(), intervals, arms={'R': arms, 'L': arms}, gestures=gestures)
     if intervals:
         stage.room.chair(*acts.seat_of(actor), place.yaw)
     return actor
-
-
-def _rest_of_arms(intervals: Sequence[Tuple[float, float]], when: float) -> List[Tuple[float, str]]:
-    if not intervals:
-        return [(0, 'down')]
-    if intervals[0][1] > 10:
-        return [(0, 'down'), (when - acts.RISE, 'down'), (when, 'lap')]
-    return [(0, 'lap'), (when, 'lap'), (when + acts.RISE, 'down')]
 
 
 def _gesture(rng: np.random.Generator, place: Place, targets: Dict[str, np.ndarray], gesture: Gesture) -> Gesture:
