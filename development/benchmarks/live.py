@@ -5,7 +5,8 @@ Each row of the table: a camera driver plays a sequence of 960 x 540 forth and b
 results of the 3D chain with its visualization are counted for a while.
 `target_rate` is the camera's rate unless it is given. Latency: from the camera's stamp to the arrival of the message in
 a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before and after the nodes run; latencies
-in T are by the mean of both. Start: to the first result. The stages of `age` add up to the latency.
+in T are by the mean of both. Start: to the first result. The stages of `age` add up to the latency. --points
+cloud_to_depth: a node makes depth images of clouds.
 
     ./run bench live                                          # all rates, numbers of people and points
     ./run bench live --rates 30 --people 2 --points depth_image --seconds 30 mode:=balanced
@@ -46,7 +47,8 @@ TIMING = '/skeleton_extract_3d_node/timing'
 START_TIMEOUT = 240.0
 TOTALS = ('total', 'age')  # sums of stages
 # Points for the chain: arguments of people.launch.
-POINTS = {'depth_image': [f'depth:={NAMESPACE}/image_depth_rect'], 'point_cloud': []}
+POINTS = {'depth_image': [f'depth:={NAMESPACE}/image_depth_rect'], 'point_cloud': [],
+          'cloud_to_depth': [f'depth:={NAMESPACE}/depth_registered/image_rect']}
 
 
 def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
@@ -150,11 +152,15 @@ def measure_all(session: Session, folder: Path, arguments: argparse.Namespace) -
     for points, rate, people in itertools.product(arguments.points, arguments.rates, arguments.people):
         sequence = DEMO if people == 2 else make_crowd(folder / f'crowd_{people}', [people])
         before = unit.milliseconds()
-        camera = start_camera(session, make_bag(sequence, folder / 'camera.bag'), rate)
+        children = [start_camera(session, make_bag(sequence, folder / 'camera.bag'), rate)]
+        if points == 'cloud_to_depth':
+            children.append(session.start(points, ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch',
+                                                   'cloud_to_depth:=true']))
         cells, *seen = watch_nodes(session, [
             'roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false', f'target_rate:={rate}',
             *POINTS[points], *arguments.launch], arguments)
-        session.stop(camera)
+        for child in reversed(children):
+            session.stop(child)
         after = unit.milliseconds()
         in_unit = 1e3 * np.percentile(seen[0], (50, 95)) / ((before + after) / 2)
         row = {'camera [Hz]': rate, 'people': people, 'points': points, **cells,
@@ -176,7 +182,7 @@ def parse_arguments() -> argparse.Namespace:
     parser = Parser(__doc__)
     parser.add_argument('--rates', type=float, nargs='+', default=[10.0, 15.0, 30.0], help='of the camera [Hz]')
     parser.add_argument('--people', type=int, nargs='+', default=[1, 2, 5, 8], choices=range(1, 9), metavar='1..8')
-    parser.add_argument('--points', nargs='+', choices=POINTS, default=[*POINTS])
+    parser.add_argument('--points', nargs='+', choices=POINTS, default=['depth_image', 'point_cloud'])
     parser.add_argument('--seconds', type=float, default=15.0, help='to measure a row (default %(default)s)')
     parser.add_argument('--warm-up', type=float, default=5.0, help='before that [s] (default %(default)s)')
     parser.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file, anywhere')

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ground_truth import OUTSIDE
+from openpose_ros_pkg.assignment import match
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
 from .counts import WHOLE, Counts, at_times, tags_of
@@ -76,7 +76,7 @@ def score_hands(folder: Path, frames: Iterable[Frame], part: slice = WHOLE) -> C
             distances = _apart(true[row][0], hands[other])
             if np.isfinite(distances).any():
                 apart[row, other] = min(np.nanmedian(distances), 1e3)
-        pairs = {row: hands[other] for row, other in zip(*linear_sum_assignment(apart)) if apart[row, other] <= GATE}
+        pairs = {row: hands[other] for row, other in match(apart, apart <= GATE)}
         for name, count in (('true', len(true)), ('found', len(hands)), ('paired', len(pairs)),
                             ('sides', sum(true[row][0].left == other.left for row, other in pairs.items()))):
             sums[name] += count

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ground_truth import FURNITURE, OTHER_PERSON, OUTSIDE, OWN_BODY, VISIBLE, TrueFrame, true_frames, true_world
+from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.people import values_in
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, SkeletonModel
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -113,14 +114,13 @@ def pair(true: np.ndarray, visible: np.ndarray, people: Found) -> Dict[int, int]
     """Return the row of the found person for each true one (T, K, 3) that was found; `visible` is (T, K)."""
     there = people.status != MISSING
     errors = np.linalg.norm(true[:, np.newaxis] - people.xyz[np.newaxis].astype(np.float64), axis=3)
-    costs = np.full(errors.shape[:2], 1e3)
+    costs = np.full(errors.shape[:2], np.inf)
     for row, other in np.ndindex(*costs.shape):
         joints = there[other] & visible[row]
         joints = joints if joints.sum() >= 3 else there[other]
         if joints.any():
             costs[row, other] = np.median(errors[row, other][joints])
-    costs[costs > GATE] = 1e3
-    return {int(row): int(other) for row, other in zip(*linear_sum_assignment(costs)) if costs[row, other] <= GATE}
+    return dict(match(costs, costs <= GATE))
 
 
 def joint_rows(xyz: np.ndarray, labels: np.ndarray, people: Found, found: Any) -> np.ndarray:

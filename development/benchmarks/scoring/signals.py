@@ -12,7 +12,8 @@ from types import MappingProxyType
 from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+
+from openpose_ros_pkg.assignment import match
 
 from .counts import WHOLE, Counts, at_times, tags_of
 from .figures import Average, Quantile, Ratio, of_rows, of_sums, values_of
@@ -93,8 +94,7 @@ def _changes(frames: Sequence[Dict[str, Any]]) -> Dict[Tuple[int, str], List[flo
 def _pairs(necks: np.ndarray, people: Sequence[Person]) -> Dict[int, int]:
     found = np.array([person.neck for person in people]).reshape(-1, 3)
     apart = np.linalg.norm(necks[:, np.newaxis] - found, axis=2)
-    apart[~(apart <= GATE)] = 1e3
-    return {int(row): int(other) for row, other in zip(*linear_sum_assignment(apart)) if apart[row, other] <= GATE}
+    return dict(match(apart, apart <= GATE))
 
 
 def _angle(label: Label, target: np.ndarray) -> float:
