@@ -53,10 +53,10 @@ def write_scene(scene: Scene, folder: Path, only: Optional[Sequence[int]] = None
     shutil.rmtree(str(partial), ignore_errors=True)
     numbers = range(scene.frames) if only is None else only
     poses = {i: [rig.pose(mover.at(i / scene.fps)) for rig, mover in zip(scene.rigs, scene.movers)] for i in numbers}
-    if len(scene.cameras) == 1:
-        _write_view(scene, 0, poses, partial)
-    else:
-        views = [_write_view(scene, k, poses, partial / f'cam{k}') for k in range(len(scene.cameras))]
+    several = len(scene.cameras) > 1
+    views = [_write_view(scene, k, poses, partial / f'cam{k}' if several else partial)
+             for k in range(len(scene.cameras))]
+    if several:
         _write_world(scene, views, poses, partial)
     shutil.rmtree(str(target), ignore_errors=True)
     return partial.rename(target)

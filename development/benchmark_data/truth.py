@@ -18,25 +18,19 @@ JOINT_THICKNESS = np.array([THICKNESS[name.split('_')[-1]] for name in COCO18])
 HAND_THICKNESS, FACE_THICKNESS, FOOT_THICKNESS = 0.022, 0.015, 0.07  # [m]; feet wear shoes
 
 
-def visibility(points: np.ndarray, pixels: np.ndarray, person: int, frame: Frame, thickness: np.ndarray) -> List[int]:
+def visibility(points: np.ndarray, pixels: np.ndarray, person: int, frame: Frame, thickness: Union[float, np.ndarray]
+               ) -> List[int]:
     """Return the code of each of (N, 3) points in the optical frame, at (N, 2) pixels, of a person (1, 2 ...).
 
     Beside the own silhouette, with nothing in front, a point is visible.
     """
-    height, width = frame.depth.shape
-    codes = []
-    for (u, v), depth, thick in zip(np.rint(pixels).astype(int), points[:, 2], thickness):
-        if depth < 0.1 or not (0 <= u < width and 0 <= v < height):
-            codes.append(OUTSIDE)
-            continue
-        owner, surface = frame.ids[v, u], frame.depth[v, u]
-        if owner == person:
-            codes.append(VISIBLE if depth - surface <= thick else BEHIND_SELF)
-        elif owner == 0 or surface >= depth:
-            codes.append(VISIBLE)
-        else:
-            codes.append(BEHIND_FURNITURE if owner < 0 else BEHIND_PERSON)
-    return codes
+    (u, v), depth, (height, width) = np.rint(pixels).astype(int).T, points[:, 2], frame.depth.shape
+    outside = (depth < 0.1) | (u < 0) | (u >= width) | (v < 0) | (v >= height)
+    owner, surface = (image[v.clip(0, height - 1), u.clip(0, width - 1)] for image in (frame.ids, frame.depth))
+    own = np.where(depth - surface <= thickness, VISIBLE, BEHIND_SELF)
+    codes = np.select([outside, owner == person, (owner == 0) | (surface >= depth), owner < 0],
+                      [OUTSIDE, own, VISIBLE, BEHIND_FURNITURE], BEHIND_PERSON)
+    return [int(code) for code in codes]
 
 
 def point_truth(camera: Camera, points: np.ndarray, person: int, frame: Frame, thickness: Union[float, np.ndarray]
@@ -45,7 +39,7 @@ def point_truth(camera: Camera, points: np.ndarray, person: int, frame: Frame, t
     local = camera.to_camera(points)
     pixels = camera.project(local)
     return {'xyz': np.round(local, 4).tolist(), 'uv': np.round(pixels, 2).tolist(),
-            'vis': visibility(local, pixels, person, frame, np.broadcast_to(thickness, len(points)))}
+            'vis': visibility(local, pixels, person, frame, thickness)}
 
 
 def signal_truth(camera: Camera, gestures: List[Gesture], joints: np.ndarray) -> Dict[str, Any]:

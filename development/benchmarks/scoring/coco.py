@@ -4,14 +4,14 @@ import copy
 import io
 import json
 from pathlib import Path
-from typing import Any, List
+from typing import Any
 
 import cv2
 import numpy as np
 
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.network_detection import people_in
-from openpose_ros_pkg.people import People2D, keypoints_in
+from openpose_ros_pkg.people import keypoints_in
 from openpose_ros_pkg.skeletons import COCO_17
 from results import NeedsDataError
 
@@ -37,7 +37,11 @@ def average_precision(folder: Path, detector: Detector, most: int) -> Figure:
         image = cv2.imread(str(folder / 'images' / entry['file_name']), cv2.IMREAD_COLOR)
         if image is None:
             raise OSError(f"{folder / 'images' / entry['file_name']} is missing or not an image")
-        results += coco_results(people_in(image, detector), entry['id'])
+        people = people_in(image, detector)
+        keypoints = np.nan_to_num(keypoints_in(people.keypoints, people.skeleton, COCO_17).astype(float))
+        keypoints[..., 2] = keypoints[..., 2] > 0  # missing joints are 0, 0, 0
+        results += [{'image_id': entry['id'], 'category_id': 1, 'keypoints': row.ravel().tolist(),
+                     'score': float(score)} for row, score in zip(keypoints, people.scores)]
     with contextlib.redirect_stdout(io.StringIO()):
         truth = coco.COCO(str(annotations))
         run = cocoeval.COCOeval(truth, truth.loadRes(results), 'keypoints')
@@ -46,15 +50,6 @@ def average_precision(folder: Path, detector: Detector, most: int) -> Figure:
     drawn = np.random.RandomState(SEED).randint(0, number, (RESAMPLES, number))
     ends = np.quantile([_precision(run, chosen) for chosen in drawn], ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
     return Figure(_precision(run, np.arange(number)), *map(float, ends), n=number, scenes=number)
-
-
-def coco_results(people: People2D, image_id: int) -> List[dict]:
-    """Turn people into COCO's result entries; missing joints are 0, 0, 0 there."""
-    keypoints = keypoints_in(people.keypoints, people.skeleton, COCO_17).astype(float)
-    keypoints[..., 2] = keypoints[..., 2] > 0
-    keypoints = np.nan_to_num(keypoints)
-    return [{'image_id': image_id, 'category_id': 1, 'keypoints': row.ravel().tolist(), 'score': float(score)}
-            for row, score in zip(keypoints, people.scores)]
 
 
 def _precision(run: Any, chosen: np.ndarray) -> float:

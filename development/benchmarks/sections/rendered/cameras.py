@@ -6,7 +6,7 @@ import numpy as np
 
 from chain_runs import Finder, Frames, camera_poses, open_sequence
 from openpose_ros_fusion.fusion import PeopleFusion
-from openpose_ros_fusion.observations import Sighting, from_image, from_space
+from openpose_ros_fusion.observations import from_image, from_space
 from openpose_ros_pkg.params.parameters import build
 from results import Options, Section, Table, scenes_with
 from scoring.counts import Counts, blocks_of, by_value
@@ -95,18 +95,16 @@ def cases(number: int, frames: int) -> List[Case]:
 
 def fuse(recorded: Sequence[Camera], case: Case) -> Frames:
     """Return the fused people of each frame."""
-    fusion, fused = PeopleFusion(), []
+    fusion, fused, late = PeopleFusion(), [], np.broadcast_to(case.late, case.sent.shape)
     for frame in range(min(len(camera.people) for camera in recorded)):
+        sightings = []
+        for number, camera in enumerate(recorded):
+            stamp, people, image = camera.people[frame]
+            pose = (camera.pose[0], camera.pose[1] + np.array([0.1 if case.moved == number else 0.0, 0.0, 0.0]))
+            if case.sent[number, frame]:
+                sightings.append(
+                    from_image(camera.name, stamp + late[number, frame], image, camera.model, pose)
+                    if number in case.rgb else from_space(camera.name, stamp + late[number, frame], people, pose))
         stamp = recorded[0].people[frame][0]
-        fused.append((stamp, fusion.update([_sighting(camera, frame, case, number) for number, camera
-                                            in enumerate(recorded) if case.sent[number, frame]], stamp)))
+        fused.append((stamp, fusion.update(sightings, stamp)))
     return fused
-
-
-def _sighting(camera: Camera, frame: int, case: Case, number: int) -> Sighting:
-    stamp, people, image = camera.people[frame]
-    stamp += np.broadcast_to(case.late, case.sent.shape)[number, frame]
-    pose = (camera.pose[0], camera.pose[1] + np.array([0.1 if case.moved == number else 0.0, 0.0, 0.0]))
-    if number in case.rgb:
-        return from_image(camera.name, stamp, image, camera.model, pose)
-    return from_space(camera.name, stamp, people, pose)
