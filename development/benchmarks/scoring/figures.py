@@ -193,11 +193,20 @@ def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: M
             for name, each in statistics.items()}
 
 
-def rows_of(groups: Mapping[str, Sequence[Counts]], statistics: Mapping[str, Any], names: Mapping[str, str], first: str
-            ) -> List[List[Any]]:
-    """Return the rows of a table: one for each group that has figures, one column for each statistic with its title."""
-    found = {title: [*figures(counts, {name: statistics[name] for name in names}).values()]
-             for title, counts in groups.items()}
+def figures_of(groups: Mapping[str, Sequence[Counts]], statistics: Mapping[str, object]
+               ) -> Dict[str, Dict[str, Figure]]:
+    """Return the figures of groups of scenes."""
+    return {group: figures(counts, statistics) for group, counts in groups.items()}
+
+
+def named(groups: Mapping[str, Mapping[str, Figure]]) -> Dict[str, Figure]:
+    """Return the figures of groups as GROUP_NAME; those of the group '' as NAME."""
+    return {f'{group}_{name}'.lstrip('_'): figure for group, each in groups.items() for name, figure in each.items()}
+
+
+def rows_of(groups: Mapping[str, Mapping[str, Figure]], names: Mapping[str, str], first: str) -> List[List[Any]]:
+    """Return the rows of a table: one for each group that has figures, one column for each name with its title."""
+    found = {title: [each[name] for name in names] for title, each in groups.items()}
     return [[first, 'scenes', *names.values()],
             *([title, max(figure.scenes for figure in each), *each] for title, each in found.items()
               if any(figure.value is not None for figure in each))]

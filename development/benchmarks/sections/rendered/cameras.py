@@ -10,7 +10,7 @@ from openpose_ros_fusion.observations import from_image, from_space
 from openpose_ros_pkg.params.parameters import build
 from results import Options, Section, Table, scenes_with
 from scoring.counts import Counts, blocks_of, by_value
-from scoring.figures import few_scenes, figures
+from scoring.figures import few_scenes, figures_of, named
 from scoring.people import WORLD_STATISTICS as STATISTICS
 from scoring.people import score_world
 from sections.real_cameras import Camera
@@ -58,15 +58,13 @@ def measure(options: Options) -> Section:
             blocks[case.name] += [score_world(folder, fused, part)
                                   for part in blocks_of(folder, BLOCK, 'gt_world.json')]
     found = {name: few_scenes(each, blocks[name], STATISTICS) for name, each in counts.items()}
-    named = {f'{name}_{key}': figure for name, each in found.items() for key, figure in each.items()}
-    cameras = by_value(blocks['all'], 'joints', 'cameras', {
-        'one camera': [1], 'two cameras': [2], 'three cameras': [3]})
+    cameras = figures_of(by_value(blocks['all'], 'joints', 'cameras', {
+        'one camera': [1], 'two cameras': [2], 'three cameras': [3]}), STATISTICS)
     seen = [['joints seen by', 'median [mm]', 'mean [mm]'], *(
-        [title, *(figures(each, STATISTICS)[key] for key in ('visible_median', 'visible_mean'))]
-        for title, each in cameras.items())]
+        [title, each['visible_median'], each['visible_mean']] for title, each in cameras.items())]
     return Section(f'{len(folders)} stages of three cameras each, mode balanced; people fused in the world. A person '
                    'counts where a camera sees one of the joints. Intervals: bootstrap over stages, of less than '
-                   'five over halves of a second.', named,
+                   'five over halves of a second.', named(found),
                    [Table('Cases', [['case', *COLUMNS.values()], *(
                         [TITLES[name], *(each[key] for key in COLUMNS)] for name, each in found.items())]),
                     Table('All cameras', seen)])

@@ -13,7 +13,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from results import NeedsDataError, Options, Section, Table
 from results.counting import QUICK_FRAMES, QUICK_SCENES
 from scoring.counts import Counts
-from scoring.figures import Quantile, figures, of_rows, values_of
+from scoring.figures import Quantile, figures_of, of_rows, values_of
 from scoring.people import found_of
 from sections import real_cameras
 from skeleton_extract_3d.body.body import HIPS
@@ -72,7 +72,7 @@ def measure(options: Options) -> Section:
         counts['real'] = [real_camera(options)]
     except NeedsDataError as error:
         print(f'monocular: without the real camera; it needs {error}')
-    found = {name: figures(each, STATISTICS) for name, each in counts.items()}
+    found = figures_of(counts, STATISTICS)
     rows = [['', *(name.replace('_', ' ') for name in found)]]
     rows += [[each.text, *(figures[key] for figures in found.values())] for key, each in STATISTICS.items()]
     return Section(TEXT, {f'{key}_{name}': figure for name, each in found.items() for key, figure in each.items()},

@@ -4,7 +4,7 @@ from typing import Dict, List
 from results import Options, Section, Table
 from results.counting import count, people_of
 from scoring.counts import Counts
-from scoring.figures import figures, rows_of
+from scoring.figures import figures_of, named, rows_of
 from scoring.separation import GAPS, RATE, ROBOTS, STATISTICS, Delivery, score_separation
 
 CASES = {'as_they_come': ('all frames, 100 ms late', Delivery()),
@@ -24,9 +24,8 @@ def measure(options: Options) -> Section:
         found = people_of(folder, each)
         for name, (_, delivery) in CASES.items():
             counts[name].append(score_separation(folder, found, delivery))
-    named = {f'{name}_{key}': figure for name, each in counts.items() for key, figure in figures(
-        each, STATISTICS).items()}
-    table = rows_of({title: counts[name] for name, (title, _) in CASES.items()}, STATISTICS, COLUMNS, 'people come')
+    cases = figures_of(counts, STATISTICS)
+    table = rows_of({title: cases[name] for name, (title, _) in CASES.items()}, COLUMNS, 'people come')
     return Section(
         f'{len(counts["off"])} scenes, mode balanced; in each {ROBOTS} robots of three links, two that stand and one '
         f'that swings, drawn {GAPS[0]:g} to {GAPS[1]:g} m from people. A bound of probability 0.99 counts at {RATE:g} '
@@ -34,4 +33,4 @@ def measure(options: Options) -> Section:
         'bounds of 0, and people that the chain had not found before. Feet, which the truth has not, do not count. '
         'Slack: true distance less bound, where the nearest person has a visible joint. Last column: greatest age of '
         'people with a bound above '
-        '0.', named, [Table('', table)])
+        '0.', named(cases), [Table('', table)])
