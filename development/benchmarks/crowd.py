@@ -32,12 +32,8 @@ def make_crowd(folder: Path, parts: Sequence[int], frames: int = 40) -> Path:
     One: the nearer of the two of the shipped sequence alone. More: both, and copies of them in other phases of their
     walk, farther away and aside. Shadows on the floor and contours are not those of a camera.
     """
-    if not folder.is_dir():
-        _write_crowd(folder, [people for people in parts for _ in range(frames)])
-    return folder
-
-
-def _write_crowd(folder: Path, counts: Sequence[int]) -> None:
+    if folder.is_dir():
+        return folder
     sequence = open_sequence(DEMO)
     shipped = list(sequence)
     for name in ('rgb', 'depth'):
@@ -50,7 +46,7 @@ def _write_crowd(folder: Path, counts: Sequence[int]) -> None:
     room_depth = depths.max(axis=0) / np.float32(1000)
     cut = [_cut_out(frame, room_depth, true) for frame, true in zip(shipped, true_frames(DEMO))]
     forth_and_back = cut + cut[-2:0:-1]
-    for number, count in enumerate(counts):
+    for number, count in enumerate(people for people in parts for _ in range(frames)):
         people = forth_and_back[number % len(forth_and_back)][2 - min(count, 2):]
         for row, late, *shift in _COPIES[:max(count - 2, 0)]:
             people.append(_moved(forth_and_back[(number + late) % len(forth_and_back)][row], shift, sequence))
@@ -60,6 +56,7 @@ def _write_crowd(folder: Path, counts: Sequence[int]) -> None:
             bgr[nearer], depth[nearer] = person.bgr[nearer], person.depth[nearer]
         cv2.imwrite(str(folder / 'rgb' / f'{number:05d}.jpg'), bgr, [cv2.IMWRITE_JPEG_QUALITY, 92])
         cv2.imwrite(str(folder / 'depth' / f'{number:05d}.png'), np.rint(1000 * depth).astype(np.uint16))
+    return folder
 
 
 def _cut_out(frame: RgbdFrame, room_depth: np.ndarray, true: TrueFrame) -> List[CutOut]:

@@ -208,8 +208,8 @@ class Soak:
         self._diagnostics = Diagnostics()
         (folder / 'bags').mkdir()
 
-    def run(self) -> None:
-        """Start everything, and let it run."""
+    def run(self) -> List[str]:
+        """Start everything, let it run and print what was measured; return the faults."""
         nodes = self._start_nodes()
         for chain in CHAINS:
             self._start_camera(chain)
@@ -229,6 +229,7 @@ class Soak:
         await_true(self._all_is_counted, 'the counters rest', START_TIMEOUT)
         for child in reversed(nodes):
             self._session.stop(child)
+        return self._report()
 
     def _start_nodes(self) -> List[subprocess.Popen]:
         return [self._session.start(name, command) for name, command in {
@@ -287,8 +288,7 @@ class Soak:
         time.sleep(3.0)
         return before == counts()
 
-    def report(self) -> List[str]:
-        """Print what was measured; return the faults."""
+    def _report(self) -> List[str]:
         results, faults = recorded(self._folder / 'bags'), []
         frames = [['chain', 'sent', 'came', 'answered', 'dropped, counted', 'age: median', '95 %', 'worst [s]']]
         for chain in CHAINS:
@@ -316,9 +316,7 @@ class Soak:
 
 def measure(session: Session, folder: Path, arguments: Namespace) -> List[str]:
     """Run the chains; return what has failed."""
-    soak = Soak(session, folder, arguments.minutes)
-    soak.run()
-    return soak.report()
+    return Soak(session, folder, arguments.minutes).run()
 
 
 if __name__ == '__main__':

@@ -33,8 +33,8 @@ JOINT = np.dtype([('joint', 'u1'), ('label', 'u1'), ('status', 'u1'), ('distance
                   ('sigma', 'f8'), ('cameras', 'u1')])
 # One row for each visible joint in three consecutive frames: error of the acceleration [m/s^2].
 ACCELERATION = np.dtype([('error', 'f8')])
-# Joints of BODY_25 that are those of COCO_18, and toes and heels.
-_BODY_ROWS, _FEET_ROWS = ([BODY_25.index[name] for name in names] for names in (COCO_18.joints, FEET))
+# Toes and heels.
+_FEET_ROWS = [BODY_25.index[name] for name in FEET]
 # Kinds of scenes in which no person lies, sits or kneels. A visible toe or heel is right within this [m].
 UPRIGHT = ('stand', 'turn', 'walk', 'cross', 'meet', 'hand_over', 'hug', 'group')
 NEAR_FOOT = 0.06
@@ -50,10 +50,6 @@ class Found(NamedTuple):
     xyz: np.ndarray
     status: np.ndarray
     sigma: np.ndarray
-
-    def part(self, joints: Sequence[int]) -> 'Found':
-        """Return the people with some of their joints."""
-        return Found(self.ids, *(values[:, joints] for values in self[1:]))
 
 
 def score_people(folder: Path, frames: Frames, part: slice = WHOLE) -> Counts:
@@ -80,14 +76,14 @@ def _score(folder: Path, tags: Dict[str, str], true: Sequence[TrueFrame], frames
     feet: List[np.ndarray] = [np.zeros(0, JOINT)]
     history = History()
     for number, (there, everything) in enumerate(zip(true, given)):
-        everything = found_of(everything, BODY_25)
-        people = everything.part(_BODY_ROWS)
+        people, body = found_of(everything), found_of(everything, BODY_25)
+        own_feet = Found(body.ids, *(values[:, _FEET_ROWS] for values in body[1:]))
         pairs = pair(there.xyz, there.labels == VISIBLE, people)
         for name, count in (('true', len(there.ids)), ('found', len(people.ids)), ('paired', len(pairs)),
                             ('all_right', len(pairs) == len(there.ids) == len(people.ids))):
             sums[name] += count
         for row, (xyz, labels) in enumerate(zip(there.feet, there.feet_labels)):
-            feet.append(joint_rows(xyz, labels, everything.part(_FEET_ROWS), pairs.get(row)))
+            feet.append(joint_rows(xyz, labels, own_feet, pairs.get(row)))
         for row, cameras in enumerate(np.broadcast_to(there.cameras, there.labels.shape)):
             rows.append(joint_rows(there.xyz[row], there.labels[row], people, pairs.get(row)))
             rows[-1]['cameras'] = cameras

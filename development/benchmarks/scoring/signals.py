@@ -77,7 +77,10 @@ def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]]
                     sums['arms'] += 1
                     sums['arms_right'] += label.arm[0] == detail['arm'][0]
                 if detail['label'] == 'point':
-                    rays.append(_ray(label, np.array(detail['target']), detail.get('style', '')))
+                    target, style = np.array(detail['target']), detail.get('style', '')
+                    own = label.styles.get(style, Label())
+                    away, own_away = _angle(label, target), _angle(own, target)
+                    rays.append((away, away / np.degrees(label.sigma), own_away / np.degrees(own.sigma), style))
     return Counts(folder.resolve().name, tags_of(folder), sums, {'rays': np.array(rays, RAY)})
 
 
@@ -104,12 +107,6 @@ def _angle(label: Label, target: np.ndarray) -> float:
     to = target - label.origin
     cosine = to @ label.direction / (np.linalg.norm(to) * np.linalg.norm(label.direction))
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
-
-
-def _ray(label: Label, target: np.ndarray, style: str) -> Tuple[float, float, float, str]:
-    own = label.styles.get(style, Label())
-    away = _angle(label, target)
-    return away, away / np.degrees(label.sigma), _angle(own, target) / np.degrees(own.sigma), style
 
 
 def _f1(label: str) -> Ratio:
