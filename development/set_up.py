@@ -196,6 +196,7 @@ def check_own(environment: Path) -> None:
 
 
 def clear(folder: Path) -> None:
+    """Make a folder of this program anew; see `check_own`."""
     check_own(folder)
     shutil.rmtree(str(folder), ignore_errors=True)
     folder.mkdir()
@@ -212,6 +213,7 @@ def _set_up_test_tools() -> None:
 
 
 def run_all(*commands: Sequence[str]) -> None:
+    """Run commands one after the other; one that fails is an error."""
     for command in commands:
         run(command, check=True)
 
