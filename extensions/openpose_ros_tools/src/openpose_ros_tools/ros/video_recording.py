@@ -5,7 +5,6 @@ from types import SimpleNamespace
 from typing import Any, Collection, Iterator, Optional, Tuple
 
 import genpy
-from rosbag.bag import BagMessage, BagMessageWithConnectionHeader
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
@@ -58,32 +57,25 @@ class VideoRecording:
         """Return the time of the last message [s]."""
         return (DEFAULT_START + (self.get_message_count(IMAGE) - 1) * self._period) / SECOND
 
-    def read_messages(self, topics: Optional[Collection[str]] = None, start_time: Optional[genpy.Time] = None,
-                      end_time: Optional[genpy.Time] = None, raw: bool = False,
-                      return_connection_header: bool = False) -> Iterator[Tuple[Any, ...]]:
-        """Yield messages as `rosbag.Bag.read_messages` does."""
+    def read_messages(self, topics: Collection[str], start: Optional[genpy.Time], end: Optional[genpy.Time],
+                      **_: bool) -> Iterator[Tuple[Any, ...]]:
+        """Yield raw messages with headers of connections, as `rosbag.Bag.read_messages` does when it is asked for them.
+        """
         for topic, message in self._messages(topics):
-            time = message.header.stamp
-            if end_time is not None and time > end_time:
+            time, buffer = message.header.stamp, BytesIO()
+            if end is not None and time > end:
                 return
-            if start_time is not None and time < start_time:
-                continue
-            found = BagMessage(topic, _raw(message) if raw else message, time)
-            yield (BagMessageWithConnectionHeader(*found, header_of(topic, type(message)))
-                   if return_connection_header else found)
+            if start is None or time >= start:
+                message.serialize(buffer)
+                yield (topic, (message._type, buffer.getvalue(), message._md5sum, None, type(message)), time,
+                       header_of(topic, type(message)))
 
-    def _messages(self, topics: Optional[Collection[str]]) -> Iterator[Tuple[str, Any]]:
-        if self._calibration is not None and (topics is None or INFO in topics):
+    def _messages(self, topics: Collection[str]) -> Iterator[Tuple[str, Any]]:
+        if self._calibration is not None and INFO in topics:
             yield INFO, calibration_to_message(self._calibration, self._header(0))
-        if topics is None or IMAGE in topics:
+        if IMAGE in topics:
             for number, bgr in enumerate(VideoSource(self.filename).frames()):
                 yield IMAGE, bgr_to_image(bgr, self._header(number))
 
     def _header(self, number: int) -> Header:
         return Header(number, genpy.Time(0, DEFAULT_START + round(number * self._period)), DEFAULT_FRAME)
-
-
-def _raw(message: genpy.Message) -> Tuple[Any, ...]:
-    buffer = BytesIO()
-    message.serialize(buffer)
-    return message._type, buffer.getvalue(), message._md5sum, None, type(message)

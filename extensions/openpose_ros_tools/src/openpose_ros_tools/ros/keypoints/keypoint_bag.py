@@ -30,7 +30,6 @@ from openpose_ros_tools.tables.keypoint_table import (
     part_values,
     table_of,
     tidy_cells,
-    with_one_clock,
     with_status,
 )
 from openpose_ros_tools.tables.long_csv import POINTS
@@ -52,7 +51,7 @@ def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
         chosen = choose_topic(topic_types(bag), str(path), topic)
         rows = (row for message, time in bag_messages(bag, chosen.name)
                 for row in rows_of(message, chosen.dimensions, time))
-        return with_one_clock(table_of(rows, chosen.dimensions), str(path))
+        return table_of(rows, chosen.dimensions, str(path))
 
 
 def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
