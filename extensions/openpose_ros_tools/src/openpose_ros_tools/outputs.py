@@ -16,7 +16,6 @@ from openpose_ros_pkg.output.files import check_outputs, naming
 class _Output(NamedTuple):
     part: Path
     path: Path
-    lock: int  # open file
     move: Callable[[], object]  # to its place
 
 
@@ -29,7 +28,7 @@ class PartFiles:
 
     def __init__(self) -> None:
         self._outputs: List[_Output] = []
-        self._begun: Optional[Path] = None  # made, but not yet one of the outputs: an interrupt may come between
+        self._locks: List[int] = []  # open files
 
     def file(self, path: Path) -> Path:
         """Return the temporary path to write a file to; its folder is made.
@@ -37,8 +36,8 @@ class PartFiles:
         Raises:
             ParameterError: another program is making the same output.
         """
-        part = self._begun = _part(path)
-        self._add(part, path, os.O_RDWR | os.O_CREAT, lambda: part.replace(path))
+        part = _part(path)
+        self._begin(_Output(part, path, lambda: part.replace(path)), os.O_RDWR | os.O_CREAT)
         os.truncate(str(part), 0)
         return part
 
@@ -48,9 +47,8 @@ class PartFiles:
         Args:
             is_own: tells by its name whether a file there is one of this output; older ones are deleted.
         """
-        part = self._begun = _part(path)
-        part.mkdir(exist_ok=True)
-        self._add(part, path, os.O_RDONLY, lambda: _merge(part, path, is_own))
+        part = _part(path)
+        self._begin(_Output(part, path, lambda: _merge(part, path, is_own)), os.O_RDONLY, part.mkdir)
         for left in part.iterdir():
             _delete(left)
         return part
@@ -68,24 +66,23 @@ class PartFiles:
         finally:
             if isinstance(error, OSError):
                 self._name_output(error)
-            if self._begun is not None:
-                _delete(self._begun)
             for output in self._outputs:
                 _delete(output.part)
-                os.close(output.lock)
+            for lock in self._locks:
+                os.close(lock)
 
-    def _add(self, part: Path, path: Path, flags: int, move: Callable[[], object]) -> None:
-        lock = os.open(str(part), flags, 0o666)
+    def _begin(self, output: _Output, flags: int, make: Callable[[], object] = lambda: None) -> None:
+        self._outputs.append(output)  # before it is made: an interrupt may come between
+        with suppress(FileExistsError):
+            make()
+        self._locks.append(os.open(str(output.part), flags, 0o666))
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(self._locks[-1], fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            self._begun = None
-            os.close(lock)
-            raise ParameterError(f'another program is making {path}') from None
+            self._outputs.pop()
+            raise ParameterError(f'another program is making {output.path}') from None
         except OSError:
             pass  # a file system without locks
-        self._outputs.append(_Output(part, path, lock, move))
-        self._begun = None
 
     def _move_all(self) -> None:
         """Move all outputs one right after the other, when the disk has all of them."""
