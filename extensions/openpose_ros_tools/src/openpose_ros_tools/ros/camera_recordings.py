@@ -14,7 +14,7 @@ from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.calibration.recording import CameraRecording, keypoint_sigma
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.bag_files import open_bag, parts_of_recordings, topic_types
-from openpose_ros_tools.ros.keypoints.keypoint_bag import bag_messages, read_keypoint_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import bag_messages, read_keypoints
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
@@ -56,7 +56,7 @@ def recordings_of_files(paths: Sequence[Path], names: Sequence[str], calibration
             raise BadInputError(f'{path} has no people of a camera ({_EXPECTED}); process_bag finds the people of '
                                 'images and depth images')
         for namespace, topic in topics.items():
-            name, table = namespace or first_part[path].stem, read_keypoint_bag(path, topic)
+            name, table = namespace or first_part[path].stem, read_keypoints(path, topic)[0]
             tables.setdefault(name, []).append(table)
             model = _model_of(infos, namespace, table, rectified)
             if model is not None:

@@ -45,17 +45,11 @@ def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
         yield deserialized(stored), stored.time
 
 
-def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
-    """Read the keypoints of a bag, from the topic, or see `choose_topic`; BadInputError, if they can not be read."""
-    with open_bag(path) as bag:
-        chosen = choose_topic(topic_types(bag), str(path), topic)
-        rows = (row for message, time in bag_messages(bag, chosen.name)
-                for row in rows_of(message, chosen.dimensions, time))
-        return table_of(rows, chosen.dimensions, str(path))
-
-
 def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
     """Read a CSV or a bag; BadInputError, if it can not be read.
+
+    Args:
+        topic: in the bag; None: see `choose_topic`.
 
     Returns:
         The table, and of a bag with array messages the stamps of all frames, also of those without people, (N,) int64
@@ -71,8 +65,10 @@ def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTab
         folder, array = chosen.name.rpartition('/')[0], chosen.kind if 'Array' in chosen.kind else f'{chosen.kind}Array'
         arrays = [name for name, kind in types.items()
                   if kind == array and (name.rpartition('/')[0] == folder or name == chosen.name)]
-        stamps = [message.stamp for message in stamped_messages(bag, arrays[:1]) if message.stamp] if arrays else None
-    return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
+        stamps = [message.stamp for message in stamped_messages(bag, arrays[:1]) if message.stamp]
+        rows = (row for message, time in bag_messages(bag, chosen.name)
+                for row in rows_of(message, chosen.dimensions, time))
+        return table_of(rows, chosen.dimensions, str(path)), np.array(stamps, np.int64) if arrays else None
 
 
 def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
