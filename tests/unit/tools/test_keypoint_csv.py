@@ -143,7 +143,7 @@ def test_a_file_cut_off_anywhere_loses_its_last_line_at_most(tmp_path, caplog, l
 def test_a_damaged_line_before_the_last_is_an_error(tmp_path):
     names, *lines = text_of([row(person=n) for n in range(3)], 'extended').splitlines()
     lines[1] = lines[1][:100]
-    with pytest.raises(BadInputError, match=r'poses\.csv, line 3: \d+ values, expected 168'):
+    with pytest.raises(BadInputError, match=r'poses\.csv: line 3: \d+ values, expected 168'):
         read(tmp_path, '\n'.join([names, *lines]))
     with pytest.raises(BadInputError, match='line 3: '):
         read(tmp_path, '\n'.join([names, *lines[:2]]) + '\n')

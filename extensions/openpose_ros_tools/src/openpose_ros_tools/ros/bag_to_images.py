@@ -9,9 +9,9 @@ images_to_bag makes of the folder the same images, stamps, calibration and frame
 benchmark read its lists (--depth-scale 5000 for their unit), and rgbd_player_node plays it. images_to_bag --help says
 what is in the folder.
 
-Nothing is rounded: compressed images are written as they came (.jpg, .png), others as PNG, depth in mm as 16-bit PNG
-and depth in m as TIFF of float32. Only raw Bayer and YUV images are converted, to bgr8. Where the bag has clouds and no
-depth image, depth is the z of the cloud.
+Nothing is rounded: compressed images are written as they came (.jpg, .png), others as PNG of 8-bit colours, depth in
+mm as 16-bit PNG and depth in m as TIFF of float32. Where the bag has clouds and no depth image, depth is the z of the
+cloud.
 
 Exit status: 0 done; 1 done but for messages that contain no image; 2 nothing was written, as the command line or the
 bag is wrong; 130 interrupted, there is no folder.
@@ -111,15 +111,11 @@ def _topics(bag: rosbag.Bag, image: str, depth: str, camera_info: str) -> Camera
 
 def _calibration(bag: rosbag.Bag, topics: CameraTopics) -> Optional[Calibration]:
     """Return the first calibration of the images; BadInputError: depth is of another camera."""
-    infos = [calibration_from_message(deserialized(message))
-             for message in stamped_messages(bag, [topics.image_info] * bool(topics.image_info))]
-    changed = sum(info != infos[0] for info in infos)
-    if not infos:
+    calibration = None
+    if topics.image_info:
+        calibration = calibration_from_message(deserialized(next(stamped_messages(bag, [topics.image_info]))))
+    else:
         _log.warning('no calibration: there will be no camera.yaml')
-    if changed:
-        _log.warning('%d messages on %s differ from the first one, which camera.yaml is made of', changed,
-                     topics.image_info)
-    calibration = infos[0] if infos else None
     depth = topics.points or topics.depth
     info = topic_finder(bag).camera_info_of(depth) if depth else None
     lens = calibration_from_message(deserialized(next(stamped_messages(bag, [info])))) if info else None

@@ -122,29 +122,30 @@ def read_csv(path: Path) -> Tuple[List[PersonRow], int]:
     try:
         names = [name.strip() for name in next(csv.reader(lines), [])]
         _check_names(path, names, bool(text))
-        rows = {number: line for number, line in enumerate(lines, 1) if line.strip() not in ('', lines[0].strip())}
-        wrong = {number: len(row) for number, row in zip(rows, csv.reader(rows.values())) if len(row) != len(names)}
-        if [*wrong] == [*rows][-1:] and not text.endswith(('\n', '\r')):
-            _log.warning('%s: the last line, line %d, is dropped, as it was cut off', path, *wrong)
-            del rows[wrong.popitem()[0]]
-        for number, count in wrong.items():
-            raise BadInputError(f'{path}, line {number}: {count} values, expected {len(names)} as line 1 has names')
+        rows = {number: line for number, line in enumerate(lines, 1)
+                if number == 1 or line.strip() not in ('', lines[0].strip())}
         try:
-            table = _parsed([lines[0], *rows.values()], names)
+            return _content(path, _parsed(rows, names))
         except ValueError:
-            if text.endswith(('\n', '\r')) or not rows:
+            if text.endswith(('\n', '\r')) or len(rows) == 1:
                 raise
             _log.warning('%s: the last line, line %d, is dropped, as it was cut off', path, rows.popitem()[0])
-            table = _parsed([lines[0], *rows.values()], names)
+            return _content(path, _parsed(rows, names))
     except (csv.Error, ValueError, OverflowError) as error:
         raise BadInputError(f'{path}: {error}') from error
-    return _content(path, table)
 
 
-def _parsed(lines: Iterable[str], names: Sequence[str]) -> Any:
-    """Return the known columns of lines, the first of names, as a data frame; ValueError: a value of another kind."""
+def _parsed(rows: Dict[int, str], names: Sequence[str]) -> Any:
+    """Return the known columns of lines by number, the first of names, as a data frame.
+
+    Raises:
+        ValueError: a line has more or fewer values, or one of another kind.
+    """
     import pandas as pd
-    return pd.read_csv(StringIO('\n'.join(lines)), header=0, names=names, usecols=lambda name: name in _KINDS,
+    for number, row in zip(rows, csv.reader(rows.values())):
+        if len(row) != len(names):
+            raise ValueError(f'line {number}: {len(row)} values, expected {len(names)} as line 1 has names')
+    return pd.read_csv(StringIO('\n'.join(rows.values())), header=0, names=names, usecols=lambda name: name in _KINDS,
                        dtype=_KINDS, skipinitialspace=True, float_precision='round_trip')
 
 
