@@ -18,13 +18,11 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.candidates import Observed, Solution, find_candidates, least_points, likely_lags
-from openpose_ros_tools.alignment.clock import Correlations, JointPaths, bridged_gap, correlate_speeds, moving_speed
+from openpose_ros_tools.alignment.clock import MAX_GAP, Correlations, JointPaths, correlate_speeds, moving_speed
 from openpose_ros_tools.alignment.refinement import Refined, refine
 
 # Rows by which candidates are refined, and then the best one; steps of each.
 _REFINING_ROWS, _FINAL_ROWS, _REFINING_STEPS, _FINAL_STEPS = 3000, 20000, 8, 40
-# Two samples of the reference that are this far apart may be bridged [s], see `bridged_gap`.
-_MAX_GAP = 0.1
 # The fastest joints must reach this, or the clock can not be found [m/s]: standing people sway by less.
 _LEAST_SPEED = 0.1
 # Recordings are not longer [s]; a stamp of 0 among those that count from 1970 is a mistake.
@@ -90,8 +88,7 @@ def align(estimate: Any, reference: Any, params: Optional[AlignmentParams] = Non
     """
     params = params or AlignmentParams()
     observed, joints = _observed(estimate, reference, params.use_sigma)
-    paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
-                       bridged_gap(reference.times, _MAX_GAP))
+    paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints], MAX_GAP)
     base = reference.times[0] - estimate.stamps.min() * 1e-9  # clock offset of lag 0
     free = np.r_[np.full(6, params.transform is None), params.clock_offset is None]
     tracks = observed.longest_tracks()

@@ -7,7 +7,7 @@ import numpy as np
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.alignment.alignment import Alignment
-from openpose_ros_tools.alignment.clock import SAME_TIME, JointPaths, bridged_gap
+from openpose_ros_tools.alignment.clock import MAX_GAP, SAME_TIME, JointPaths
 from openpose_ros_tools.alignment.people import pair_people
 from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
@@ -69,11 +69,10 @@ class Comparison:
 
 
 def compare(estimate: KeypointTable, reference: JointRecording, alignment: Alignment,
-            max_gap: float = 0.1, progress: Callable[[Iterable], Iterable] = iter) -> Comparison:
+            progress: Callable[[Iterable], Iterable] = iter) -> Comparison:
     """Pair people and subjects in each frame by the least sum of distances, and return the joints of both.
 
     Args:
-        max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
         progress: wraps the frames.
 
     Raises:
@@ -86,8 +85,7 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
         raise BadInputError('estimate and reference have no joint in common')
     begin = estimate.stamps.min()
     stamps, frame_of = np.unique((estimate.stamps - begin) * 1e-9, return_inverse=True)
-    paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
-                       bridged_gap(reference.times, max_gap))
+    paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints], MAX_GAP)
     lag = alignment.clock_offset - (reference.times[0] - begin * 1e-9)
     inside = (stamps + lag > -SAME_TIME) & (stamps + lag < paths.times[-1] + SAME_TIME)
     if not inside.any():
