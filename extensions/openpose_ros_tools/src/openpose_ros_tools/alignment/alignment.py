@@ -12,7 +12,7 @@ camera unless people turn; with many joints and people that turn it cancels. A c
 estimate is a part of the clock offset.
 """
 from dataclasses import dataclass
-from typing import Any, Callable, Iterable, List, Optional, Tuple
+from typing import Any, List, Optional, Tuple
 
 import numpy as np
 
@@ -73,20 +73,17 @@ class Alignment:
         return np.asarray(positions, np.float64) @ self.rotation.T + self.translation
 
 
-def align(estimate: Any, reference: Any, params: Optional[AlignmentParams] = None,
-          progress: Callable[[Iterable], Iterable] = iter) -> Alignment:
+def align(estimate: Any, reference: Any, params: AlignmentParams = AlignmentParams()) -> Alignment:
     """Find what is not given of clock offset and transform.
 
     Args:
         estimate: what a camera measured, in any order: `stamps`, `ids`, `positions` and `sigma` as of `KeypointTable`.
         reference: at any rate, in any frame: `times`, (T,) [s], increasing, and `positions`, (S, T, K, 3) [m] of the
             joints of the estimate; NaN where missing.
-        progress: wraps the candidates, to show how far the search is.
 
     Raises:
         BadInputError: the recordings have nothing in common, or nothing by which the clocks could be compared.
     """
-    params = params or AlignmentParams()
     observed, joints = _observed(estimate, reference, params.use_sigma)
     paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints], MAX_GAP)
     base = reference.times[0] - estimate.stamps.min() * 1e-9  # clock offset of lag 0
@@ -104,14 +101,14 @@ def align(estimate: Any, reference: Any, params: Optional[AlignmentParams] = Non
     else:
         correlations, lags = None, [params.clock_offset - base]
     if params.clock_offset is None or params.transform is None:
-        candidates = find_candidates(observed, paths, lags, params.transform, progress)
+        candidates = find_candidates(observed, paths, lags, params.transform)
     else:
         candidates = [Solution(lags[0], params.transform[:3, :3], params.transform[:3, 3])]
     if not candidates:
         raise BadInputError('no joints of estimate and reference are seen at the same time'
                             + ' with the clock offset that was given' * (correlations is None))
     some = observed.some(_REFINING_ROWS)
-    solutions = [refine(some, paths, one, free, _REFINING_STEPS) for one in progress(candidates)]
+    solutions = [refine(some, paths, one, free, _REFINING_STEPS) for one in candidates]
     best = max(solutions, key=lambda solution: solution.merit)
     rival = max((one.merit for one in solutions if one.differs(best)), default=0.0) / max(best.merit, 1e-9)
     observed = observed.some(_FINAL_ROWS)

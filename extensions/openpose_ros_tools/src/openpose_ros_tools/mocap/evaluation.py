@@ -1,6 +1,6 @@
 """Errors of people against aligned motion capture: the subject of each track, and the distances of its joints."""
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Callable, Dict, Iterable, Tuple
+from typing import TYPE_CHECKING, Dict, Tuple
 
 import numpy as np
 
@@ -68,12 +68,8 @@ class Comparison:
         return pd.DataFrame(values)
 
 
-def compare(estimate: KeypointTable, reference: JointRecording, alignment: Alignment,
-            progress: Callable[[Iterable], Iterable] = iter) -> Comparison:
+def compare(estimate: KeypointTable, reference: JointRecording, alignment: Alignment) -> Comparison:
     """Pair people and subjects in each frame by the least sum of distances, and return the joints of both.
-
-    Args:
-        progress: wraps the frames.
 
     Raises:
         BadInputError: the recordings have no joint or no time in common, or no person is near a subject.
@@ -91,7 +87,7 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
     if not inside.any():
         raise BadInputError('estimate and reference have no time in common with this clock offset')
     truth, positions = paths.at(stamps + lag), alignment.apply(estimate.positions[:, joints])
-    frame, row, subject = _matches(progress(np.flatnonzero(inside)), frame_of, positions, truth)
+    frame, row, subject = _matches(np.flatnonzero(inside), frame_of, positions, truth)
     found = row >= 0
     if not found.any():
         raise BadInputError(f'no person of the estimate is within {_GATE:g} m of a subject of the reference')
@@ -110,12 +106,11 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
         only_estimate=tuple(np.array(MESSAGE_JOINTS)[ours & ~theirs].tolist()))
 
 
-def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray
-             ) -> np.ndarray:
+def _matches(frames: np.ndarray, frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Return frame, row of the estimate (-1: not found) and number of each subject that is there, (3, N)."""
     import pandas as pd
     rows_of, matches = pd.Series(frame_of).groupby(frame_of).indices, []
-    for frame in frames:
+    for frame in frames.tolist():
         rows = rows_of[frame]
         subjects = np.flatnonzero(np.isfinite(truth[:, frame]).all(axis=2).any(axis=1))
         found: Dict[int, int] = {subject: int(rows[person]) for person, subject

@@ -29,7 +29,7 @@ def y_up(up: np.ndarray) -> np.ndarray:
 
 def sample_people(table: KeypointTable, up: Optional[Sequence[float]] = None, begin: Optional[int] = None
                   ) -> Dict[int, MarkerRecording]:
-    """Return the joints of all people that are in two frames or more, by id, at the recording's rate: those known at any time.
+    """Return the joints of all people in two frames or more, by id, at the usual rate: those that are ever known.
 
     Args:
         table: in space.

@@ -71,16 +71,11 @@ def _run(options: argparse.Namespace) -> int:
         topics = _topics(bag, options.image, options.depth, options.camera_info)
         streams = {stream: topic for stream, topic in (
             ('colour', topics.image), ('depth', topics.points or topics.depth)) if topic}
-        frames = {stream: next(stamped_messages(bag, [topic])).frame_id for stream, topic in streams.items()}
-        frame_id = next(iter(frames.values()))
+        frame_id = next(stamped_messages(bag, [next(iter(streams.values()))])).frame_id
         calibration = _calibration(bag, topics)
         pose = _pose_in_world(bag, frame_id)
         written, failed = _write_images(part, bag, streams, options.depth_scale)
         files, remarks = number_files(part, written)
-        if len(set(frames.values())) > 1:
-            texts = ', '.join(f'{stream} {name}' for stream, name in frames.items())
-            remarks.append(f'the streams have several frames: {texts}; sequence.yaml names that of the '
-                           f'{next(iter(frames))} images')
         for remark in remarks:
             _log.warning('%s', remark)
         write_lists(part, files)

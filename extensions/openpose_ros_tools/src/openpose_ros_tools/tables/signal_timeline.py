@@ -44,7 +44,8 @@ def timeline_of(frames: Iterable[SignalFrame]) -> Tuple[List[Span], List[Tuple[i
     falls: Dict[Tuple[int, int], Tuple[int, Fall]] = {}
     for stamp, persons in frames:
         for person in persons:
-            before = held.get(person.id, {}) if 0 <= stamp - latest.get(person.id, -np.inf) <= SIGNALS.person.gap else {}
+            pause = stamp - latest.get(person.id, -np.inf)
+            before = held.get(person.id, {}) if 0 <= pause <= SIGNALS.person.gap else {}
             for number in before.values():
                 spans[number] = replace(spans[number], end=stamp)
             latest[person.id], held[person.id] = stamp, {}
