@@ -120,7 +120,7 @@ def process_camera(camera: Input, outputs: Outputs, view: OpenCamera, networks: 
             recorded = RecordedTransforms(*(stack.enter_context(open_bag(path))
                                             for path in (camera.bag, *camera.earlier)))
         transforms = FrameTransforms(params, None if recorded is None else recorded.lookup)
-        results = stack.enter_context(Results(camera, outputs, settings, view.in_space))
+        results = Results(camera, outputs, settings, view.in_space, stack)
         frames = _Frames(chain, camera.camera, transforms, recorded, results, recording.report, params.rotate_image)
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in frames.run(events):
