@@ -1,8 +1,9 @@
 """Errors of people against aligned motion capture: the subject of each track, and the distances of its joints."""
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Dict, Tuple
+from typing import Dict, Tuple
 
 import numpy as np
+import pandas as pd
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
@@ -12,10 +13,6 @@ from openpose_ros_tools.alignment.people import pair_people
 from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import MISSING
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 # Largest median distance of a person's joints from those of its subject [m].
 _GATE = 0.5
@@ -51,13 +48,12 @@ class Comparison:
         """Distances (N, K) of the estimate from the reference [m], NaN where one of both is missing."""
         return np.linalg.norm(self.estimate - self.truth, axis=2)
 
-    def table(self) -> 'pd.DataFrame':
+    def table(self) -> pd.DataFrame:
         """Return one row per subject, frame and joint that the reference has [s, m].
 
         Columns: time, subject (category), person_ID, joint (category), found, status, error (NaN where the estimate
         has no answer), sigma, and x, y, z of the estimate and of the reference.
         """
-        import pandas as pd
         row, joint = np.nonzero(np.isfinite(self.truth).all(axis=2))
         values = {'time': self.times[row], 'subject': pd.Categorical.from_codes(self.subject[row], self.subjects),
                   'person_ID': self.track[row], 'joint': pd.Categorical.from_codes(joint, self.joints),
@@ -108,7 +104,6 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
 
 def _matches(frames: np.ndarray, frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Return frame, row of the estimate (-1: not found) and number of each subject that is there, (3, N)."""
-    import pandas as pd
     rows_of, matches = pd.Series(frame_of).groupby(frame_of).indices, []
     for frame in frames.tolist():
         rows = rows_of[frame]

@@ -2,9 +2,10 @@
 import html
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Dict, Optional
+from typing import Dict, Optional
 
 import numpy as np
+import pandas as pd
 
 from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_tools.alignment.alignment import Alignment
@@ -14,9 +15,6 @@ from openpose_ros_tools.mocap.study import study
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.tables.keypoint_table import STATUS_WORDS
 from skeleton_extract_3d.points.transform import quaternions
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _PAGE = Path(__file__).resolve().parents[1] / 'data' / 'mocap_report.html'
 FILES = ('report.html', 'summary.json', 'errors.csv')
@@ -84,9 +82,8 @@ def facts(values: Figures) -> Dict[str, str]:
     return found
 
 
-def tables(values: Figures) -> 'Dict[str, pd.DataFrame]':
+def tables(values: Figures) -> Dict[str, pd.DataFrame]:
     """Return the errors, the figures of validation studies, people and limbs as tables, by title."""
-    import pandas as pd
     joints = pd.json_normalize([*values['joints'].values(), values['overall']])
     joints.index = [*(name.replace('_', ' ') for name in values['joints']), 'all joints']
     shares = {'share_answered': 'answered', **{key: key.replace('pck_', 'PCK ') for key in PCK_DISTANCES},

@@ -48,7 +48,8 @@ def paths_of_people(selection: Selection) -> Figure:
                 axes.plot(*places[known][row][columns], 'o', color=colour, markerfacecolor=fill, markersize=9, zorder=4)
     ends = [Line2D([], [], marker='o', color=_GREY, linestyle='', markerfacecolor=fill, label=label)
             for fill, label in (('white', 'begin'), (_GREY, 'end'))]
-    plotting.legend_beside(axes, [*axes.get_legend_handles_labels()[0], *ends])
+    axes.legend(handles=[*axes.get_legend_handles_labels()[0], *ends], loc='upper left', bbox_to_anchor=(1.0, 1.0),
+                frameon=False, fontsize='small', handlelength=1.4)
     labels, _ = _coordinate_labels(selection)
     if not in_space:
         axes.invert_yaxis()
@@ -95,7 +96,8 @@ def trajectory(selection: Selection, joint: str) -> Figure:
                     for marker, fill, label in (('.', _GREY, 'measured'), ('o', 'white', 'inferred'))]
         if np.isfinite(selection.table.sigma).any():
             handles.append(Patch(color=_GREY, alpha=0.3, label='1 sigma'))
-    plotting.legend_above(panels[0], handles)
+    panels[0].legend(handles=handles, loc='lower right', bbox_to_anchor=(1.0, 1.0), ncol=min(len(handles), 8),
+                     frameon=False, fontsize='small', borderaxespad=0.2, handlelength=1.4, columnspacing=1.2)
     return figure
 
 
@@ -108,7 +110,12 @@ def detections(selection: Selection) -> Figure:
     times = [frames, *(selection.seconds(selection.table.of_person(person).stamps) for person in persons)]
     for row, (moments, colour) in enumerate(zip(times, ['#000000', *plotting.person_colours(persons).values()])):
         marks.vlines(moments, row - 0.38, row + 0.38, color=colour, linewidth=0.8 if len(frames) < 1000 else 0.3)
-    plotting.label_rows(marks, ['frames', *(f'person {person}' for person in persons)])
+    marks.set_yticks(range(len(times)))
+    marks.set_yticklabels(['frames', *(f'person {person}' for person in persons)], fontsize='small')
+    marks.set_ylim(len(times) - 0.5, -0.5)
+    for side in ('top', 'right', 'left'):
+        marks.spines[side].set_visible(False)
+    marks.tick_params(axis='y', length=0)
     # of all rows: also of people that were not chosen
     in_view = np.bincount(np.searchsorted(selection.frames, selection.all_people.stamps), minlength=len(frames))
     counts.step(*_broken(frames, in_view, selection.gap, selection.period), where='post', color=plotting.PALETTE[0])

@@ -131,6 +131,11 @@ def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
     return {topic: one.msg_type for topic, one in topics.items() if one.message_count}
 
 
+def message_count(bag: rosbag.Bag, topic: str) -> int:
+    """Return the number of messages of a topic that is in a bag; a video that does not state its images has one."""
+    return int(bag.get_type_and_topic_info().topics[topic].message_count)
+
+
 def topic_finder(bag: rosbag.Bag, namespace: str = '') -> TopicFinder:
     """Return the finder of the topics of a camera in a bag, of those in a namespace."""
     return TopicFinder(topic_types(bag), lambda topic: deserialized(next(stamped_messages(bag, [topic]))),

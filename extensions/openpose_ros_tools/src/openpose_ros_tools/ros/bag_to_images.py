@@ -41,6 +41,7 @@ from openpose_ros_tools.ros.bag_files import (
     TF_TOPIC,
     StampedMessage,
     deserialized,
+    message_count,
     open_bag,
     stamped_messages,
     topic_finder,
@@ -140,7 +141,7 @@ def _write_images(folder: Path, bag: rosbag.Bag, streams: Dict[str, str], depth_
     def messages() -> Iterator[StampedMessage]:
         taken: Set[Tuple[str, Optional[int]]] = set()
         for message in Progress(stamped_messages(bag, list(stream_of)), unit='image',
-                                total=sum(map(bag.get_message_count, stream_of))):
+                                total=sum(message_count(bag, topic) for topic in stream_of)):
             if not message.stamp or (message.topic, message.stamp) in taken:
                 raise BadInputError(f"a message on '{message.topic}' has "
                                     f"{'the stamp of another one' if message.stamp else 'no stamp in its header'}")

@@ -32,7 +32,6 @@ from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.ros.topics import DIMENSIONS, PARTS, KeypointTopic, choose_topic
 from openpose_ros_tools.outputs import output_file
-from openpose_ros_tools.recording_paths import is_bag, is_video
 from openpose_ros_tools.report.recording import Landmarks, Recording, facts_of, frames_of
 from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_finder, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import bag_messages, keypoints_of, signals_of
@@ -66,11 +65,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     recording: Path = options.recording
-    for path in filter(None, (recording, options.images)):
-        if not path.exists():
-            raise BadInputError(f'{path}: there is no such file')
-        if not is_bag(path) and not (path == options.images and is_video(path)):
-            raise BadInputError(f'{path} is neither a bag nor a recording of ROS 2')
     www, three = Path(rospkg.RosPack().get_path('openpose_ros_web')) / 'www', three_folder()
     output = options.output or recording.with_name(f'{recording.name if recording.is_dir() else recording.stem}.html')
     with output_file(output, options.overwrite, [*filter(None, (recording, options.images))]) as part:

@@ -55,10 +55,6 @@ class Ros2Recording:
             one.topic: SimpleNamespace(msg_type=_ros1_name(one.msgtype), message_count=one.msgcount)
             for one in self._connections})
 
-    def get_message_count(self, topic: str) -> int:
-        """Return the number of messages of a topic."""
-        return sum(one.msgcount for one in self._connections if one.topic == topic)
-
     def get_start_time(self) -> float:
         """Return the time of the first message [s]."""
         return float(self._start / 1e9)

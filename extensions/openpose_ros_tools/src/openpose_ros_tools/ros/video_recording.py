@@ -35,19 +35,14 @@ class VideoRecording:
         video = VideoSource(self.filename)
         if video.rate is None:
             raise BadInputError(f'{path} does not say how many images it has per second')
-        self._period, self._count = SECOND / video.rate, video.count
+        self._period, self._count = SECOND / video.rate, max(video.count, 1)
         self._calibration = read_calibration(beside) if beside.is_file() else None
 
     def get_type_and_topic_info(self) -> Any:
         """Return `topics`: type and number of messages."""
-        kinds = {IMAGE: Image, **({} if self._calibration is None else {INFO: CameraInfo})}
-        return SimpleNamespace(topics={
-            topic: SimpleNamespace(msg_type=kind._type, message_count=self.get_message_count(topic))
-            for topic, kind in kinds.items()})
-
-    def get_message_count(self, topic: str) -> int:
-        """Return the number of messages of a topic; a video that does not state its images has one."""
-        return max(self._count, 1) if topic == IMAGE else 1
+        counts = {IMAGE: (Image, self._count), **({} if self._calibration is None else {INFO: (CameraInfo, 1)})}
+        return SimpleNamespace(topics={topic: SimpleNamespace(msg_type=kind._type, message_count=count)
+                                       for topic, (kind, count) in counts.items()})
 
     def get_start_time(self) -> float:
         """Return the time of the first message [s]."""
@@ -55,7 +50,7 @@ class VideoRecording:
 
     def get_end_time(self) -> float:
         """Return the time of the last message [s]."""
-        return (DEFAULT_START + (self.get_message_count(IMAGE) - 1) * self._period) / SECOND
+        return (DEFAULT_START + (self._count - 1) * self._period) / SECOND
 
     def read_messages(self, topics: Collection[str], start: Optional[genpy.Time], end: Optional[genpy.Time],
                       **_: bool) -> Iterator[Tuple[Any, ...]]:

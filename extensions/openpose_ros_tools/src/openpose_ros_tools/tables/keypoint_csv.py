@@ -7,7 +7,7 @@ import logging
 import re
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterable, Iterator, List, Sequence, TextIO, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Sequence, TextIO, Tuple
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from openpose_ros_tools.tables.keypoint_table import (
     tidy_cells,
     with_status,
 )
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _log = logging.getLogger(__name__)
 
@@ -171,7 +168,7 @@ def _dimensions(names: Iterable[str]) -> int:
     return 3 if any(match and match[2] == 'z' for match in map(_PART_COLUMN.fullmatch, names)) else 2
 
 
-def _content(path: Path, table: 'pd.DataFrame') -> Tuple[List[PersonRow], int]:
+def _content(path: Path, table: Any) -> Tuple[List[PersonRow], int]:
     """Return the content of a table; errors as `read_csv`."""
     dimensions, count = _dimensions(table.columns), len(table)
     heads: Dict[str, List[Any]] = {}

@@ -156,9 +156,16 @@ class Results:
         self._write_image_landmarks(frame, number, landmarks)
         self._write_json(number, people, None, landmark_fields(landmarks))
 
-    def write_estimate(self, frame: RecordedFrame, number: int, estimate: Estimate) -> None:
-        """Write the people in the image of a frame that has points: always in pixels, with the ids in space."""
+    def write_estimate(self, frame: RecordedFrame, number: int, estimate: Estimate,
+                       transform: Optional[TransformStamped]) -> None:
+        """Write the people in the image of a frame that has points: always in pixels, with the ids in space.
+
+        Args:
+            transform: of its time, for /tf.
+        """
         self._write_image_people(frame, number, estimate.in_image, KeypointScaleParams())
+        if transform is not None:
+            self._bag.write('/tf', TFMessage([transform]), frame.time)
 
     def write_3d(self, frame: RecordedFrame, number: int, estimate: Estimate, people: People3D, landmarks: Landmarks,
                  header: Header) -> None:
@@ -175,11 +182,6 @@ class Results:
         if self._landmarks.face:
             self._write('detected_faces_3d', convert.faces_to_array(landmarks.in_space.faces, header), frame)
         self._write_json(number, _with_hidden(estimate.people_2d, people), _in_space(people), _fields(landmarks))
-
-    def write_tf(self, frame: RecordedFrame, transform: Optional[TransformStamped]) -> None:
-        """Write a transform of the time of a frame, if there is one."""
-        if transform is not None:
-            self._bag.write('/tf', TFMessage([transform]), frame.time)
 
     def _write_image_people(self, frame: RecordedFrame, number: int, people: People2D, scale: KeypointScaleParams
                             ) -> None:
