@@ -63,18 +63,17 @@ class RigReport(NamedTuple):
     """Report of several cameras."""
 
     cameras: Dict[str, BagReport]
-    used: Dict[str, int]  # arrays of people by camera that were fused
-    left_out: Dict[str, Dict[str, int]]  # and those that were not, by the reason
+    streams: Sequence['_Stream']  # of the people of the cameras
     frames: int  # fused
     people: int  # in them, in sum
 
     def text(self) -> str:
         """Return the report in some lines."""
         lines = [f'{self.frames} fused frames with {self.people} people, on /{FUSED}/{IN_SPACE}/detected_poses_3d']
-        for name, reasons in self.left_out.items():
-            parts = [self.cameras[name].text(), f'{self.used.get(name, 0)} fused',
-                     *(f'{number} not: {reason}' for reason, number in reasons.items())]
-            lines.append(f'  {name}: ' + '; '.join(parts))
+        for stream in self.streams:
+            parts = [self.cameras[stream.name].text(), f'{stream.used} fused',
+                     *(f'{number} not: {reason}' for reason, number in stream.left_out.items())]
+            lines.append(f'  {stream.name}: ' + '; '.join(parts))
         return '\n'.join(lines)
 
 
@@ -132,7 +131,7 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
         stack.callback(shutil.rmtree, str(folder), ignore_errors=True)
         folder.mkdir()
         networks = Networks(job.settings, publish_tf=False)  # joints as frames would have the same names
-        people: List[_CameraPeople] = []
+        bags: List[Path] = []
         reports: Dict[str, BagReport] = {}
         begins = [0, *itertools.accumulate(view.images for view in views)]
         for number, (camera, view) in enumerate(zip(rig.cameras, views)):
@@ -141,13 +140,16 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
             reports[camera.camera] = process_camera(
                 camera, alone, view, networks,
                 lambda done, _, number=number: on_frame(begins[number] + done, begins[-1]))  # type: ignore[misc]
-            topic = f'{IN_SPACE}/detected_poses_3d' if view.topics.in_space else f'{IN_IMAGE}/detected_poses'
-            people.append(_CameraPeople(camera.camera, alone.bag, f'/{camera.camera}/{topic}', camera.bag,
-                                       '' if view.topics.in_space else view.topics.camera_info))
-        report = RigReport(reports, *_fuse(rig, people, settings, replace(outputs, bag=folder / 'fused.bag', csv=csv)))
+            bags.append(alone.bag)
+        with ExitStack() as opened:
+            streams = [_Stream(rig, camera, view, opened.enter_context(open_bag(bag)),
+                               settings.extractor.rectified == 'true')
+                       for camera, view, bag in zip(rig.cameras, views, bags)]
+            fused = replace(outputs, bag=folder / 'fused.bag', csv=csv)
+            report = RigReport(reports, streams, *_fuse(streams, rig.fixed_frame, settings, fused))
         if report.frames == 0:
             raise BadInputError(f'nothing could be fused: {report.text()}')
-        _merge(rig, people, folder / 'fused.bag', copied, replace(outputs, bag=part))
+        _merge(rig, bags, fused.bag, copied, replace(outputs, bag=part))
     return report
 
 
@@ -168,37 +170,26 @@ def _check_common_time(rig: RigInput, views: Sequence[OpenCamera]) -> None:
                                 'by which time clocks differ')
 
 
-class _CameraPeople(NamedTuple):
-    """The people of a camera in a bag."""
-
-    name: str  # of the camera
-    bag: Path  # with the people
-    topic: str  # of their arrays
-    recording: Path  # bag with tf and the camera info
-    info: str  # topic of the camera info; empty: the camera has depth
-
-
 class _Stream:
-    """The people of a camera in the order of its bag.
+    """The people of a camera, in the order of its bag of results, which is open.
 
     Attributes:
         used: number of arrays of people that were fused.
         left_out: number of those that were not, by reason.
     """
 
-    def __init__(self, rig: RigInput, camera: _CameraPeople, rectified: bool, stack: ExitStack) -> None:
-        self.name, self.used = camera.name, 0
+    def __init__(self, rig: RigInput, camera: Input, view: OpenCamera, bag: rosbag.Bag, rectified: bool) -> None:
+        self.name, self.used = camera.camera, 0
         self.left_out: Dict[str, int] = Counter()
-        self._bag, self._topic = stack.enter_context(open_bag(camera.bag)), camera.topic
-        self._offset, self._shift = rig.clock_offset(camera.name), rig.time_shift(camera.name)
+        in_space = view.topics.in_space
+        self._bag, self._topic = bag, f'/{self.name}/' + (
+            f'{IN_SPACE}/detected_poses_3d' if in_space else f'{IN_IMAGE}/detected_poses')
+        self._offset, self._shift = rig.clock_offset(self.name), rig.time_shift(self.name)
         self._fixed_frame = rig.fixed_frame
-        self._rig_pose: Optional[Transform] = None if rig.rig is None else rig.rig.camera(camera.name).pose
-        self._transforms = None if rig.rig else RecordedTransforms(stack.enter_context(open_bag(camera.recording)))
-        self._model = None
-        if camera.info:
-            info = stack.enter_context(open_bag(camera.recording))
-            self._model = convert.camera_from_message(
-                deserialized(next(stamped_messages(info, [camera.info])), CameraInfo), rectified)
+        self._rig_pose: Optional[Transform] = None if rig.rig is None else rig.rig.camera(self.name).pose
+        self._transforms = None if rig.rig else RecordedTransforms(view.bag)
+        self._model = None if in_space else convert.camera_from_message(
+            deserialized(next(stamped_messages(view.bag, [view.topics.camera_info])), CameraInfo), rectified)
 
     @property
     def first(self) -> Optional[int]:
@@ -262,21 +253,18 @@ def _fused(streams: Sequence[_Stream]) -> Iterator[Tuple[int, int, People3D]]:
             stream.left_out['stamps beside those of the others'] += collector.out_of_time[stream.name]
 
 
-def _fuse(rig: RigInput, people: Sequence[_CameraPeople], settings: BagSettings, outputs: Outputs
-          ) -> Tuple[Dict[str, int], Dict[str, Dict[str, int]], int, int]:
-    """Write the fused people into a bag and a table; return what `RigReport` has of them."""
+def _fuse(streams: Sequence[_Stream], frame: str, settings: BagSettings, outputs: Outputs) -> Tuple[int, int]:
+    """Write the fused people into a bag and a table; return the number of frames, and of people in them."""
     frames = number = 0
     with ExitStack() as stack:
-        streams = [_Stream(rig, camera, settings.extractor.rectified == 'true', stack) for camera in people]
         table = None if outputs.csv is None else stack.enter_context(people_table(outputs.csv, outputs.csv_layout, 3))
         writer = PeopleWriter(stack.enter_context(new_bag(outputs.bag)), f'/{FUSED}/{IN_SPACE}', settings, table,
                               outputs.markers, ON_FLOOR if outputs.signals else None)
         for stamp, time, found in Progress(_fused(streams), 'fusion', unit='frame'):
-            writer.write(found, Header(frames, genpy.Time(0, stamp), rig.fixed_frame), genpy.Time(0, time))
+            writer.write(found, Header(frames, genpy.Time(0, stamp), frame), genpy.Time(0, time))
             frames += 1
             number += len(found)
-    return ({stream.name: stream.used for stream in streams}, {stream.name: stream.left_out for stream in streams},
-            frames, number)
+    return frames, number
 
 
 def _moved(bag: rosbag.Bag, topics: Mapping[str, str], shift: int) -> Iterator[StampedMessage]:
@@ -286,14 +274,14 @@ def _moved(bag: rosbag.Bag, topics: Mapping[str, str], shift: int) -> Iterator[S
         yield stored._replace(topic=topic, time=stored.time + shift, connection={**stored.connection, 'topic': topic})
 
 
-def _merge(rig: RigInput, people: Sequence[_CameraPeople], fused: Path, copied: Mapping[Path, Mapping[str, str]],
-           outputs: Outputs) -> None:
+def _merge(rig: RigInput, bags: Sequence[Path], fused: Path, copied: Mapping[Path, Mapping[str, str]], outputs: Outputs
+           ) -> None:
     """Write the output: the people of the cameras, the fused ones, and what is copied."""
     cameras = {camera.bag: camera.camera for camera in rig.cameras}
     with ExitStack() as stack:
         streams = []
-        for path, shift, root in (*((one.bag, rig.time_shift(one.name), f'{one.name}/{IN_IMAGE}') for one in people),
-                                  (fused, 0, '')):
+        for path, shift, root in (*((bag, rig.time_shift(one.camera), f'{one.camera}/{IN_IMAGE}')
+                                    for bag, one in zip(bags, rig.cameras)), (fused, 0, '')):
             bag = stack.enter_context(open_bag(path))
             streams.append(_moved(bag, {topic: topic for topic in topic_types(bag) if is_within(topic, root)}, shift))
         streams += [_moved(stack.enter_context(open_bag(path)), topics, rig.time_shift(cameras[path]))
