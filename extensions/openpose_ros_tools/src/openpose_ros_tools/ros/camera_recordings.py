@@ -1,6 +1,6 @@
 """The people of several cameras, out of bags and tables, for the calibration of the cameras."""
 from pathlib import Path
-from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
+from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 from sensor_msgs.msg import CameraInfo
@@ -70,10 +70,7 @@ def recordings_of_files(paths: Sequence[Path], names: Sequence[str], calibration
 
 def _recording(name: str, table: KeypointTable, model: Optional[CameraModel]) -> CameraRecording:
     """Return the recording of a table; in the image, rays through the keypoints."""
-    frames: Set[str] = set(table.frame_ids.tolist()) - {''}
-    if len(frames) > 1:
-        raise BadInputError(f'the people of {name} are in several frames: {", ".join(sorted(frames))}')
-    frame = frames.pop() if frames else f'{name.replace("/", "_")}_optical_frame'
+    frame = table.frame_id(name) or f'{name.replace("/", "_")}_optical_frame'
     focal = float('nan') if model is None else float(np.sqrt(model.matrix[0, 0] * model.matrix[1, 1]))
     if table.dimensions == 3:
         people = table.measured()

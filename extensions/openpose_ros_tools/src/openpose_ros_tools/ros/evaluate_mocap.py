@@ -72,10 +72,7 @@ def read_poses(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, 
         raise BadInputError(f'{path} holds no people')
     if poses.dimensions != 3:
         raise BadInputError(f'{path} holds people in the image [px], expected people in space')
-    names = sorted(set(poses.frame_ids.tolist()))
-    if len(names) > 1:
-        raise BadInputError(f"{path} holds people in several frames of reference: {', '.join(map(repr, names))}; "
-                            'give the people of one camera at a time')
+    poses.frame_id(str(path))
     return poses, frames
 
 

@@ -100,6 +100,14 @@ class KeypointTable:
         """3 in space, 2 in the image."""
         return self.positions.shape[-1]
 
+    def frame_id(self, source: str) -> str:
+        """Return the frame of reference of all rows; empty: not known. BadInputError of a source: there are several."""
+        names = sorted({*self.frame_ids.tolist()} - {''})
+        if len(names) > 1:
+            raise BadInputError(f"{source} has people in several frames of reference: {', '.join(map(repr, names))}; "
+                                'give the people of one camera at a time')
+        return names[0] if names else ''
+
     def select(self, rows: np.ndarray) -> 'KeypointTable':
         """Return the table of some rows, (R,) bool, or indices."""
         return replace(self, **{field.name: getattr(self, field.name)[rows] for field in fields(self)
