@@ -29,7 +29,7 @@ def matrix(scene):
     return result
 
 
-def refused_or_doubted(estimate, reference, params=None):
+def refused_or_doubted(estimate, reference, params=AlignmentParams()):
     """Whether there is an error or a warning."""
     try:
         return bool(align(estimate.measured(), reference, params).warnings)

@@ -107,10 +107,11 @@ def output_file(path: Path, overwrite: bool, inputs: Sequence[Path] = ()) -> Ite
         inputs: which are never replaced.
 
     Raises:
-        ParameterError: the file exists already, is a folder or an input, or can not be written.
+        ParameterError: the file exists already, is a folder or an input.
+        OSError: it can not be written, with its name; as for `output_folder`.
     """
     check_outputs([path], overwrite, inputs)
-    with _refused(path), PartFiles() as parts:
+    with naming(path), PartFiles() as parts:
         yield parts.file(path)
 
 
@@ -124,7 +125,7 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
         own: names that a folder of this command contains; one with other files is never replaced.
 
     Raises:
-        ParameterError: the folder exists already, contains something else, or can not be written.
+        ParameterError: the folder exists already, or contains something else.
     """
     content = [item.name for item in files_of(path, lambda name: True)]
     if content and not overwrite:
@@ -134,7 +135,7 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
     if foreign:
         raise ParameterError(f"{path} holds '{foreign[0]}', which is not this command's, so it is not overwritten; "
                              'name another folder')
-    with _refused(path), PartFiles() as parts:
+    with naming(path), PartFiles() as parts:
         yield parts.folder(path.resolve(), own.__contains__)
 
 
@@ -147,14 +148,6 @@ def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
     if folder.exists() and not folder.is_dir():
         raise ParameterError(f'{folder} is a file; name a folder')
     return sorted(path for path in folder.iterdir() if is_own(path.name)) if folder.is_dir() else []
-
-
-@contextmanager
-def _refused(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise ParameterError(f'{error.filename or path} can not be written: {error.strerror or error}') from error
 
 
 def _part(path: Path) -> Path:

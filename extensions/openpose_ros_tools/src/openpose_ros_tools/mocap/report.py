@@ -7,7 +7,6 @@ from typing import Dict, Optional
 import numpy as np
 import pandas as pd
 
-from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.mocap.evaluation import Comparison
 from openpose_ros_tools.mocap.figures import PCK_DISTANCES, Figures, number_or_none, summarize
@@ -118,7 +117,7 @@ def text(values: Figures) -> str:
 
 
 def write_report(folder: Path, comparison: Comparison, values: Figures) -> None:
-    """Write `FILES` into a folder; an interrupt leaves an older report. ParameterError: it can not be written to."""
+    """Write `FILES` into a folder; an interrupt leaves an older report. OSError: it can not be written to."""
     errors = comparison.table().dropna(subset=['error']).drop(columns='found')
     errors = errors.assign(time=errors.time.map('{:.6f}'.format), status=errors.status.map(STATUS_WORDS))
     body = [f'<p>{html.escape(name)}: {html.escape(value)}</p>' for name, value in values['inputs'].items()]
@@ -127,9 +126,8 @@ def write_report(folder: Path, comparison: Comparison, values: Figures) -> None:
     for title, table in tables(values).items():
         body += [f'<h2>{html.escape(title)}</h2>', table.to_html(
             na_rep='-', float_format='{:.1f}'.format, formatters=_FORMS, border=0)]
-    folder = writable_folder('output', folder).resolve()
     with PartFiles() as parts:
-        part = parts.folder(folder, FILES.__contains__)
+        part = parts.folder(folder.resolve(), FILES.__contains__)
         page = _PAGE.read_text(encoding='utf-8').replace('BODY', '\n'.join(body))
         (part / 'report.html').write_text(page, encoding='utf-8')
         errors.to_csv(part / 'errors.csv', index=False, float_format='%.5f')
