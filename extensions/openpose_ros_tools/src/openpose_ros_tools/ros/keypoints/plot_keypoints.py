@@ -15,7 +15,6 @@ are complete.
 """
 import argparse
 import logging
-from fnmatch import fnmatch
 from functools import partial
 from typing import Callable, Dict, Optional, Sequence
 
@@ -26,7 +25,6 @@ from openpose_ros_pkg.command_options import checked, command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.plots import keypoint_plots
 from openpose_ros_tools.plots.plotting import save_figure
 from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints
@@ -66,9 +64,6 @@ def _run(options: argparse.Namespace) -> int:
     for path, draw in Progress(paths.items(), unit=' plots', leave=False):
         save_figure(draw(), path)
         Progress.write(str(path))
-    for former in files_of(folder, lambda name: fnmatch(name, 'trajectory_*.png')):
-        if options.overwrite and former not in paths:
-            former.unlink()
     return DONE
 
 
