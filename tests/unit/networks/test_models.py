@@ -34,7 +34,7 @@ def put_caffe(folder, prototxt=b'layer {}', caffemodel=CONTENT):
 
 @pytest.mark.parametrize('written, name', [
     ('rtmpose-s-feet', 'rtmpose_s_feet'), ('rtmo-s', 'rtmo_s'), ('MPI-4-layers', 'mpi_4_layers'),
-    ('mobilenet-thin', 'mobilenet_thin'),
+    ('human_pose_estimation_0001', 'human-pose-estimation-0001'), ('mobilenet-thin', 'mobilenet_thin'),
     ('COCO', 'mobilenet_thin'), ('BODY_25', 'body_25'), ('MPI', 'mpi'), ('MPI_4_layers', 'mpi_4_layers')])
 def test_models_are_found_by_the_names_of_openpose_and_with_dashes_or_underscores(written, name):
     assert find_model(written) is MODELS[name]

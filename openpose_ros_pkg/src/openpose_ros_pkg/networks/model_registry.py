@@ -133,6 +133,27 @@ LIGHTWEIGHT_OPENPOSE = Model(
     input=InputRecipe(channels='BGR', layout='NCHW', mean=128.0, scale=1 / 256, multiple_of=8, padding=128),
     outputs=('stage_1_output_1_heatmaps', 'stage_1_output_0_pafs'), heatmaps=19)
 
+# Files and checksums: openvinotoolkit/open_model_zoo, models/intel/human-pose-estimation-0001/model.yml; outputs:
+# README beside it; joints and PAF: demos/common/python/models/open_pose.py (COCO_18's). The graph normalizes. The int8
+# files are fetched; the FP32 ones, which a user may bring, do as well.
+HUMAN_POSE_ESTIMATION_0001 = Model(
+    name='human-pose-estimation-0001',
+    skeleton=COCO_18,
+    files=(WeightsFile('human-pose-estimation-0001.xml', 435357,
+                       'c3a47de94906e6b3256eb16af7274141b2fc9f6c7889a02d96ef430b9bc321d3',
+                       also='a4312443bb77b8528080c75fff2e5b99ad46d660d5c4cc753ee218dd3deb01f5'),
+           WeightsFile('human-pose-estimation-0001.bin', 4170036,
+                       'fc7e9dde0f4a34876cfbbd266388a59526a8c8c1bc9394ce4827b7a007d20f82',
+                       also='746bddef69d602945f7db09401d0567176f805fa0ea2086d2b857b459e316254')),
+    licence='Apache-2.0',
+    source=WebSource(
+        'https://raw.githubusercontent.com/GNUp/cough-detectors-for-COVID-19/3904aea629564d0c4c447f2aa5a31647ff5b94a1/'
+        'intel/human-pose-estimation-0001/FP16-INT8', 'Intel',
+        'As Open Model Zoo states (models/intel/human-pose-estimation-0001); the repository holds a copy.',
+        names=('human-pose-estimation-0001.xml', 'human-pose-estimation-0001.bin')),
+    input=InputRecipe(channels='BGR', layout='NCHW', multiple_of=8),
+    outputs=('Mconv7_stage2_L2', 'Mconv7_stage2_L1'), heatmaps=19)
+
 # OpenPose's own networks. Files and checksums: its src/openpose/pose/poseParameters.cpp (POSE_PROTOTXT,
 # POSE_TRAINED_MODEL) and CMakeLists.txt; thresholds of peaks: POSE_DEFAULT_NMS_THRESHOLD there. Input: x / 256 - 0.5
 # (src/openpose/utilities/openCv.cpp) on black padding. Outputs: the last layer of each prototxt, which computes the
@@ -196,7 +217,7 @@ BY_NAME = (
 # Small networks that the modes use where they are; set-up fetches them where it can.
 PEOPLE_SMALL = (TINYPOSE, PICODET)
 # Names of several networks.
-GROUPS: Dict[str, Tuple[Model, ...]] = {'people-small': PEOPLE_SMALL}
+GROUPS: Dict[str, Tuple[Model, ...]] = {'people-small': (*PEOPLE_SMALL, HUMAN_POSE_ESTIMATION_0001)}
 
 _MPI_WEIGHTS = WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae03f3f54afa96e00')
 
@@ -215,6 +236,7 @@ MODELS: Dict[str, Model] = {model.name: model for model in (
     _openpose('mpi_4_layers', MPI_15, 'pose/mpi', (
         WeightsFile('pose_deploy_linevec_faster_4_stages.prototxt'), _MPI_WEIGHTS), peak_threshold=0.3),
     LIGHTWEIGHT_OPENPOSE,
+    HUMAN_POSE_ESTIMATION_0001,
     *PEOPLE_SMALL,
     *BY_NAME,
     _rtmo_of_user('m', 'rtmo-m_16xb16-600e_body7-640x640-39e78cc4_20231211.zip'),

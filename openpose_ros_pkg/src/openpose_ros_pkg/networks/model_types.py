@@ -77,6 +77,7 @@ class WeightsFile:
     size: int = 0
     sha256: str = ''
     md5: str = ''
+    also: str = ''  # sha256 of another file that is as good, such as one of another precision
 
 
 @dataclass(frozen=True)
