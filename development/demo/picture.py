@@ -86,6 +86,21 @@ def choose(bag: Path, choices: Dict[str, Optional[List[int]]]) -> Dict[str, rosp
     return chosen
 
 
+def best_pass(bag: Path) -> Dict[int, rospy.Time]:
+    """Return, of the pass through a sequence with most measured joints, the stamp of each frame with results."""
+    with rosbag.Bag(str(bag)) as opened:
+        frames = {message.stamp: message.seq for _, message, _ in opened.read_messages([FRAMES])}
+        measured = {message.header.stamp: int((convert.people_from_array(message).status == MEASURED).sum())
+                    for _, message, _ in opened.read_messages([TOPICS['people'][0]])}
+        images = {message.header.stamp for _, message, _ in opened.read_messages([TOPICS['image'][0]])}
+    passes: List[Dict[int, rospy.Time]] = [{}]
+    for stamp in sorted(images & set(frames) & set(measured)):
+        if frames[stamp] <= max(passes[-1], default=-1):
+            passes.append({})
+        passes[-1][frames[stamp]] = stamp
+    return max(passes, key=lambda one: sum(measured[stamp] for stamp in one.values()))
+
+
 def recorded(bag: Path, stamp: rospy.Time, cloud_of: Callable[[int, Header], PointCloud2]) -> Moment:
     """Return what was recorded of a stamp."""
     with rosbag.Bag(str(bag)) as opened:

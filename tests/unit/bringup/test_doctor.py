@@ -200,6 +200,8 @@ def test_without_a_camera_and_without_a_chain():
      'rosnode kill /other_driver'),
     ('stamps', with_camera(PLAYING, image=replace(COLOUR, arrivals=arrivals(age=-1e6))), '/driver takes another time',
      'use_sim_time false'),
+    ('stamps', with_camera(PLAYING, points=replace(DEPTH, arrivals=arrivals(age=-2.0))), ' s ahead of those of',
+     'rostopic delay'),
     ('registration', with_camera(points=replace(DEPTH, points=DepthImage(METRES, model(40.0))), info=replace(
         DEPTH_INFO, calibration=calibration(40.0))), 'points miss their pixels', ''),
     ('registration', with_published({'/cam/aligned_depth/image': IMAGE}, with_points(frame_id='camera_depth')),
