@@ -80,8 +80,9 @@ def _apart(streams: Sequence[Stream], master: Master) -> Iterator[Finding]:
         image, points = streams
         later = image.age - points.age
         if abs(later) > _APART:
-            yield wrong(f'{points.topic}: stamps are {abs(later):.3g} s {"ahead of" if later > 0 else "behind"} those of '
-                        f'{image.topic} that come at the same time: they are paired by stamp',
+            order = 'ahead of' if later > 0 else 'behind'
+            yield wrong(f'{points.topic}: stamps are {abs(later):.3g} s {order} those of {image.topic} that come at the '
+                        'same time: they are paired by stamp',
                         f'rostopic delay {points.topic}    # of both topics; their drivers need one clock')
 
 
