@@ -297,7 +297,8 @@ def show_found(bag_path: Path, truth: Path) -> None:
         count = count_found(outputs, json.loads(truth.read_text()))
         print(f'[demo] found {count.found} of {count.visible} visible people; longest gap {count.longest_gap:.2f} s; '
               f'{count.no_person} reported where no person is')
-        print('[demo] ids in each pass:', *map(sorted, count.ids), 'exchanged:', sorted(count.exchanged))
+        ids = '; '.join(' '.join(map(str, sorted(one))) for one in count.ids)
+        print(f'[demo] ids of the people, by pass: {ids}; of two people: {sorted(count.exchanged) or "none"}')
     if len(outputs) < played / 2:
         print(f'[demo] this machine is too slow for the camera: results for {len(outputs)} of {played} frames')
 
@@ -328,7 +329,7 @@ def main() -> int:
     show_found(output / 'output.bag', (arguments.images or SHIPPED) / 'gt.json')
     for path in (output / name for name in OUTPUTS):
         if path.is_file():
-            print(f'[demo] {path}  {path.stat().st_size / 1e3:.0f} kB')
+            print(f'[demo] {path}  {path.stat().st_size / 1e6:.1f} MB')
     if not any(results.people):
         print('[demo] no person was found in any frame', file=sys.stderr)
         return 1

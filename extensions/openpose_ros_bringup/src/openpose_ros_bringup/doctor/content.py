@@ -81,8 +81,8 @@ def _apart(streams: Sequence[Stream], master: Master) -> Iterator[Finding]:
         later = image.age - points.age
         if abs(later) > _APART:
             order = 'ahead of' if later > 0 else 'behind'
-            yield wrong(f'{points.topic}: stamps are {abs(later):.3g} s {order} those of {image.topic} that come at the '
-                        'same time: they are paired by stamp',
+            yield wrong(f'{points.topic}: stamps are {abs(later):.3g} s {order} those of {image.topic} that come '
+                        'at the same time: they are paired by stamp',
                         f'rostopic delay {points.topic}    # of both topics; their drivers need one clock')
 
 
