@@ -167,8 +167,8 @@ def test_without_a_camera_and_without_a_chain():
      '{image_transport: raw}'),
     ('topics', with_camera(with_published({'/cam/rgb/image/compressed': COMPRESSED}, without=[COLOUR.topic]),
                            image=replace(COLOUR, topic='/cam/picture/compressed', kind=COMPRESSED)),
-     'no node publishes it', "{image_transport: compressed}' > config.yaml && roslaunch openpose_ros_bringup people.launch "
-     'image:=/cam/rgb/image depth:='),
+     'no node publishes it', "{image_transport: compressed}' > config.yaml && "
+     'roslaunch openpose_ros_bringup people.launch image:=/cam/rgb/image depth:='),
     ('topics', without_depth(), 'no node publishes it', f'image:={COLOUR.topic} points:=none'),
     ('topics', without_depth(**{'/cam/depth/raw': IMAGE}), 'no node publishes it',
      f'depth: /cam/depth/raw, {OWN_INFO}'),
