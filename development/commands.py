@@ -20,6 +20,8 @@ def main(arguments: Sequence[str]) -> None:
     command = COMMANDS.get(arguments[0])
     if command is None:
         die(f"unknown command '{arguments[0]}'; ./run help lists them")
+    if arguments[1:2] in (['--help'], ['-h']) and arguments[0] not in WITH_HELP:
+        os.execv(str(ROOT / 'run'), ['run', 'help'])
     try:
         command(list(arguments[1:]))
     except KeyboardInterrupt:
@@ -88,6 +90,8 @@ def test(arguments: Sequence[str]) -> NoReturn:
     sys.exit(run_groups(groups))
 
 
+# Commands whose programs tell their own options.
+WITH_HELP = ('setup', 'demo', 'launch', 'doctor', 'shell', 'model')
 BENCHMARKS = ('accuracy', 'ablation', 'calibration', 'live', 'report', 'soak', 'virtual')
 COMMANDS: Dict[str, Callable[[Sequence[str]], None]] = {
     'setup': set_up, 'demo': demo, 'camera': camera, 'launch': launch, 'doctor': doctor, 'shell': shell, 'test': test,

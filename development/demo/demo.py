@@ -31,7 +31,7 @@ import stage
 from annotated_video import write_annotated_video
 from found_people import Output, count_found
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
-from picture import FRAMES, Viewer, both_in_view, choose, errors_of, recorded, transforms_of
+from picture import FRAMES, Viewer, best_pass, both_in_view, choose, errors_of, recorded, transforms_of
 from screen import RVIZ_SIZE, HeadlessScreen
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
@@ -83,7 +83,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--web', action='store_true', help='show people in browsers, until Ctrl-C (no bag)')
     parser.add_argument('--no-rviz', action='store_true', help='make no pictures of RViz')
     parser.add_argument('--screenshots', action='store_true',
-                        help='of every second frame of a sequence: rviz_000.png, rviz_002.png, ...')
+                        help='of every second frame of one pass through a sequence: rviz_000.png, rviz_001.png, ...')
     parser.add_argument('--seconds', type=number(1, 3600), default=20.0, help='to record (default %(default)s)')
     parser.add_argument('--output', type=Path, default=OWN_FOLDER,
                         help='new or empty folder (default: demo_output in the checkout, which each demo fills anew)')
@@ -188,10 +188,12 @@ def take_pictures(session: Session, arguments: argparse.Namespace, folder: Path,
     choices: Dict[str, Optional[List[int]]] = {'rviz.png': None}
     if truth is not None:
         choices = {**both_in_view(truth)}
+    stamps = choose(folder / 'output.bag', choices)
     if arguments.screenshots and sequence is not None:
-        choices = {f'rviz_{frame:03d}.png': [frame] for frame in range(0, len(sequence), 2)}
+        stamps = {f'rviz_{frame // 2:03d}.png': stamp
+                  for frame, stamp in sorted(best_pass(folder / 'output.bag').items(), reverse=True)}
     viewer = None
-    for name, stamp in sorted(choose(folder / 'output.bag', choices).items(), key=lambda one: one[1]):
+    for name, stamp in sorted(stamps.items(), key=lambda one: one[1]):
         moment = recorded(folder / 'output.bag', stamp, partial(cloud_of, arguments, sequence))
         viewer = viewer or Viewer(session, transforms_of(folder / 'output.bag'))
         picture = viewer.show(moment, folder / name)
@@ -295,7 +297,8 @@ def show_found(bag_path: Path, truth: Path) -> None:
         count = count_found(outputs, json.loads(truth.read_text()))
         print(f'[demo] found {count.found} of {count.visible} visible people; longest gap {count.longest_gap:.2f} s; '
               f'{count.no_person} reported where no person is')
-        print('[demo] ids in each pass:', *map(sorted, count.ids), 'exchanged:', sorted(count.exchanged))
+        ids = '; '.join(' '.join(map(str, sorted(one))) for one in count.ids)
+        print(f'[demo] ids of the people, by pass: {ids}; of two people: {sorted(count.exchanged) or "none"}')
     if len(outputs) < played / 2:
         print(f'[demo] this machine is too slow for the camera: results for {len(outputs)} of {played} frames')
 
@@ -326,7 +329,7 @@ def main() -> int:
     show_found(output / 'output.bag', (arguments.images or SHIPPED) / 'gt.json')
     for path in (output / name for name in OUTPUTS):
         if path.is_file():
-            print(f'[demo] {path}  {path.stat().st_size / 1e3:.0f} kB')
+            print(f'[demo] {path}  {path.stat().st_size / 1e6:.1f} MB')
     if not any(results.people):
         print('[demo] no person was found in any frame', file=sys.stderr)
         return 1

@@ -37,6 +37,8 @@ FEW = 2
 OPENING, LOOK = 120.0, 1.0
 # Ogre's field of view [rad], and the background of RViz's scene in people.rviz [grey levels, BGR].
 FIELD_OF_VIEW, BACKGROUND = np.pi / 4, (34, 30, 30)
+# RViz opens small, then fills the screen: it is open when its scene has this share of the screen's height.
+OPEN = 0.5
 # A joint is drawn where a pixel so near has the hue of its person and is no grey [px, of 180, of 255].
 DRAWN, HUE, SATURATED = 4, 8, 100
 # The picture is drawn when this share of the measured joints is, and two looks are alike in this share of it.
@@ -82,6 +84,21 @@ def choose(bag: Path, choices: Dict[str, Optional[List[int]]]) -> Dict[str, rosp
         if answered:
             chosen[name] = max(answered)[-1]
     return chosen
+
+
+def best_pass(bag: Path) -> Dict[int, rospy.Time]:
+    """Return, of the pass through a sequence with most measured joints, the stamp of each frame with results."""
+    with rosbag.Bag(str(bag)) as opened:
+        frames = {message.stamp: message.seq for _, message, _ in opened.read_messages([FRAMES])}
+        measured = {message.header.stamp: int((convert.people_from_array(message).status == MEASURED).sum())
+                    for _, message, _ in opened.read_messages([TOPICS['people'][0]])}
+        images = {message.header.stamp for _, message, _ in opened.read_messages([TOPICS['image'][0]])}
+    passes: List[Dict[int, rospy.Time]] = [{}]
+    for stamp in sorted(images & set(frames) & set(measured)):
+        if frames[stamp] <= max(passes[-1], default=-1):
+            passes.append({})
+        passes[-1][frames[stamp]] = stamp
+    return max(passes, key=lambda one: sum(measured[stamp] for stamp in one.values()))
 
 
 def recorded(bag: Path, stamp: rospy.Time, cloud_of: Callable[[int, Header], PointCloud2]) -> Moment:
@@ -133,7 +150,7 @@ class Viewer:
             time.sleep(LOOK)
             take_screenshot(path)
             picture = cv2.imread(str(path))
-            if not (picture == BACKGROUND).all(axis=2).any():  # it opens
+            if not is_open(picture):
                 continue
             drawn = drawn_joints(picture, moment, self.pose(moment))
             if (not drawn.size or drawn.mean() >= SHARE) and last.size and (picture == last).mean() >= ALIKE:
@@ -150,6 +167,12 @@ class Viewer:
             return LEVEL
         return convert.rotation_and_translation(self._buffer.lookup_transform_core(
             self._fixed, moment.people.header.frame_id, rospy.Time(0)))
+
+
+def is_open(picture: np.ndarray) -> bool:
+    """Return whether RViz fills the screen."""
+    rows = np.flatnonzero((picture == BACKGROUND).all(axis=2).any(axis=1))
+    return rows.size > 0 and rows[-1] - rows[0] > OPEN * picture.shape[0]
 
 
 def project(points: np.ndarray, camera: Transform, picture: np.ndarray) -> np.ndarray:

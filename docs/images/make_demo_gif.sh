@@ -10,8 +10,8 @@ trap 'rm -r "$composed"' EXIT
 # where RViz shows the scene and the camera's image on its screen of 1440x900
 scene=954x808+470+62 camera=448x252+0+97
 for screenshot in "$screenshots"/rviz_[0-9]*.png; do
-  convert \( "$screenshot" -crop $scene +repage -resize 560x \) \( "$screenshot" -crop $camera +repage -resize 200x \) \
+  convert \( "$screenshot" -crop $scene +repage -resize 500x \) \( "$screenshot" -crop $camera +repage -resize 180x \) \
     -gravity southeast -composite "$composed/$(basename "$screenshot")"
 done
-# every second frame of 15 Hz; small changes of colour, the noise of the cloud, are left out
-convert -delay 13 -loop 0 "$composed"/*.png $(printf "%s\n" "$composed"/*.png | sort -r | sed "1d;\$d") +dither -colors 80 -fuzz 4% -layers OptimizeTransparency demo.gif
+# every second frame of a pass at 15 Hz; small changes of colour, the noise of the cloud, are left out
+convert -delay 13 -loop 0 "$composed"/*.png $(printf "%s\n" "$composed"/*.png | sort -r | sed "1d;\$d") +dither -colors 64 -fuzz 5% -layers OptimizeTransparency demo.gif

@@ -180,12 +180,12 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     finally:
         counters = recorder.counters
         if frames or skipped or unreadable:
-            number = sum(frames.values())
+            number, files = sum(frames.values()), 'files and video frames' if video else 'files'
             parts = [f'{number} frame{"s" * (number != 1)} with {total} {"person" if total == 1 else "people"}',
-                     f'{counters["written"]} files and video frames written'] + [text for count, text in (
+                     f'{counters["written"]} {files} written'] + [text for count, text in (
                          (skipped, f'{skipped} inputs skipped, as their files are there (--overwrite does them again)'),
                          (unreadable, f'{len(unreadable)} inputs could not be read'),
-                         (counters['failed'], f'{counters["failed"]} files and video frames could not be written')
+                         (counters['failed'], f'{counters["failed"]} {files} could not be written')
                      ) if count]
             sys.stdout.write('; '.join(parts) + '\n')
     return SOME_FAILED if unreadable or counters['failed'] else DONE

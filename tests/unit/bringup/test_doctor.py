@@ -165,6 +165,11 @@ def test_without_a_camera_and_without_a_chain():
      '{depth_transport: compressedDepth}'),
     ('topics', with_camera(image=replace(COLOUR, topic=f'{COLOUR.topic}/compressed', kind=COMPRESSED)), 'no node',
      '{image_transport: raw}'),
+    ('topics', with_camera(with_published({'/cam/rgb/image/compressed': COMPRESSED}, without=[COLOUR.topic]),
+                           image=replace(COLOUR, topic='/cam/picture/compressed', kind=COMPRESSED)),
+     'no node publishes it', "{image_transport: compressed}' > config.yaml && "
+     'roslaunch openpose_ros_bringup people.launch image:=/cam/rgb/image depth:='),
+    ('topics', without_depth(), 'no node publishes it', f'image:={COLOUR.topic} points:=none'),
     ('topics', without_depth(**{'/cam/depth/raw': IMAGE}), 'no node publishes it',
      f'depth: /cam/depth/raw, {OWN_INFO}'),
     ('topics', without_depth(**{'/cam/depth/raw': IMAGE, '/other/aligned_depth': IMAGE}), 'no node',
@@ -200,6 +205,8 @@ def test_without_a_camera_and_without_a_chain():
      'rosnode kill /other_driver'),
     ('stamps', with_camera(PLAYING, image=replace(COLOUR, arrivals=arrivals(age=-1e6))), '/driver takes another time',
      'use_sim_time false'),
+    ('stamps', with_camera(PLAYING, points=replace(DEPTH, arrivals=arrivals(age=-2.0))), ' s ahead of those of',
+     'rostopic delay'),
     ('registration', with_camera(points=replace(DEPTH, points=DepthImage(METRES, model(40.0))), info=replace(
         DEPTH_INFO, calibration=calibration(40.0))), 'points miss their pixels', ''),
     ('registration', with_published({'/cam/aligned_depth/image': IMAGE}, with_points(frame_id='camera_depth')),

@@ -85,7 +85,7 @@ def test_pictures_are_saved_under_their_names_without_ids(run, shown, tmp_path, 
     assert people_in(tmp_path / 'j/street_keypoints.json')[1]['pose_keypoints_2d'][6:8] == [27.0, 2.5]
     assert people_in(tmp_path / 'j/empty_keypoints.json') == []
     assert shown.stamps == [0.0, 0.0]  # without a history
-    assert capsys.readouterr().out == '2 frames with 2 people; 4 files and video frames written\n'
+    assert capsys.readouterr().out == '2 frames with 2 people; 4 files written\n'
 
 
 def test_people_of_a_video_have_ids_and_the_frames_openpose_names(run, shown, tmp_path):

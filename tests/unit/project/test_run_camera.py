@@ -1,6 +1,9 @@
-"""./run camera: from a name to the launch command."""
+"""./run camera: from a name to the launch command; --help of commands."""
+import subprocess
+
 import pytest
 
+from development import ROOT
 from development.camera import launch_command
 
 LAUNCH = ['roslaunch', 'openpose_ros_bringup', 'people.launch']
@@ -30,3 +33,10 @@ def test_paths_are_absolute_as_nodes_have_folders_of_their_own(tmp_path, monkeyp
 def test_unknown_name_gets_the_list(arguments, text):
     with pytest.raises(SystemExit, match=text):
         launch_command(arguments, False)
+
+
+@pytest.mark.parametrize('command', ['camera', 'ros2', 'test'])
+def test_help_does_nothing_else(command, tmp_path):
+    shown = subprocess.run([str(ROOT / 'run'), command, '--help'], cwd=str(tmp_path), check=True, text=True,
+                           stdout=subprocess.PIPE).stdout
+    assert f'./run {command} ' in shown and not any(tmp_path.iterdir())

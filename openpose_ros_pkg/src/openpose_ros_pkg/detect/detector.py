@@ -49,10 +49,15 @@ class Networks:
             return self.load(recipe)
         except (ModelError, ParameterError) as error:
             failed = next(model for model in recipe.needed if model.name not in self._loaded)
-            is_fault = failed not in OPTIONAL or not isinstance(error, MissingWeightsError)
-            told = self.faults if is_fault else self.not_installed
-            told[failed.name] = f'{failed.name} is not used: {error}'
-            _log.log(logging.WARNING if is_fault else logging.INFO, '%s', told[failed.name])
+            name = failed.name
+            if failed not in OPTIONAL or not isinstance(error, MissingWeightsError):
+                self.faults[name] = f'{name} is not used: {error}'
+                _log.warning('%s', self.faults[name])
+            elif name not in self.not_installed:  # said once; others take its place
+                self.not_installed[name] = (
+                    f'{name} is not installed, and others take its place; `rosrun openpose_ros_pkg openpose_models '
+                    f'get {name}` (in a checkout: `./run model get {name}`) fetches it')
+                _log.info('%s', self.not_installed[name])
             return None
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:

@@ -1,5 +1,5 @@
 """Checks of what messages hold: encodings, stamps, registration."""
-from typing import Iterator, List, Optional
+from typing import Iterator, List, Optional, Sequence
 
 from openpose_ros_bringup.doctor.findings import Finding, other_topic_line, right, unknown, wrong
 from openpose_ros_bringup.doctor.snapshot import Camera, Master, Snapshot, Stream
@@ -12,6 +12,8 @@ from skeleton_extract_3d.points.transform import is_same_place
 _DEPTH = ('16UC1', '32FC1')  # encodings of depth images alone
 # Ages of messages when they come; others are of another clock, or of a recording without its clock [s].
 _AGES, _AGES_IN_RECORDINGS = (-0.05, 1.0), (-10.0, 10.0)
+# Ages of images and points that come together differ by less [s].
+_APART = 1.0
 # A recording is older [s].
 _RECORDED = 3600.0
 _NO_MESSAGE = 'no message came'
@@ -49,7 +51,7 @@ def check_stamps(seen: Snapshot) -> Iterator[Finding]:
     """Whether stamps are set, increase, and are of this time."""
     for camera in seen.cameras:
         came = [stream for stream in camera.streams[:2] if stream.arrivals]
-        faults = [fault for stream in came for fault in _stamp_faults(stream, seen)]
+        faults = [fault for stream in came for fault in _stamp_faults(stream, seen)] or [*_apart(came, seen.master)]
         yield from faults
         if not came:
             yield unknown(_NO_MESSAGE)
@@ -71,6 +73,17 @@ def _stamp_faults(stream: Stream, seen: Snapshot) -> Iterator[Finding]:
         yield wrong(f'{stream.topic}: {backwards} of {len(stamps)} stamps are not newer than the one before: {cause}',
                     f'rosnode kill {nodes[-1]}' if len(nodes) > 1 else f'rostopic echo {stream.topic}/header/stamp')
     yield from _age_fault(stream, seen.master, ', '.join(nodes))
+
+
+def _apart(streams: Sequence[Stream], master: Master) -> Iterator[Finding]:
+    if len(streams) == 2 and master.time_passes:
+        image, points = streams
+        later = image.age - points.age
+        if abs(later) > _APART:
+            order = 'ahead of' if later > 0 else 'behind'
+            yield wrong(f'{points.topic}: stamps are {abs(later):.3g} s {order} those of {image.topic} that come '
+                        'at the same time: they are paired by stamp',
+                        f'rostopic delay {points.topic}    # of both topics; their drivers need one clock')
 
 
 def _age_fault(stream: Stream, master: Master, nodes: str) -> Iterator[Finding]:

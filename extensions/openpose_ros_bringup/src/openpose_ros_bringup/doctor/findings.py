@@ -9,6 +9,7 @@ RIGHT, WRONG, UNKNOWN = 'right', 'WRONG', 'unknown'
 BRINGUP = 'roslaunch openpose_ros_bringup people.launch'
 # Values that are arguments of people.launch; others are parameters.
 _ARGUMENTS = ('camera', 'image', 'points', 'depth', 'fixed_frame', 'mode', 'target_rate', 'rviz')
+_TRANSPORTS = ('compressed', 'compressedDepth')
 # Words in names of topics whose depth belongs to the pixels of the colour image.
 _REGISTERED = ('aligned', 'regist', 'depth_to_rgb', 'depth_to_color')
 
@@ -41,11 +42,16 @@ def launch_line(camera: Camera, **changes: str) -> str:
     if {'depth', 'points'} & set(changes):
         values = {key: value for key, value in values.items() if key not in ('depth', 'points')}
     values = {key: value for key, value in {**values, **changes}.items() if value}
+    for role in ('image', 'depth'):  # a topic is named without its transport
+        base, _, transport = values.get(role, '').rpartition('/')
+        if transport in _TRANSPORTS:
+            values.update({role: base, f'{role}_transport': transport})
     parameters = ', '.join(f'{key}: {values.pop(key)}' for key in list(values) if key not in _ARGUMENTS)
     line = ' '.join([BRINGUP, *(f'{key}:={value}' for key, value in values.items())])
     if not parameters:
         return line
-    node = 'openpose_ros_service_node' if camera.points is None else 'skeleton_extract_3d_node'
+    is_flat = camera.points is None or values.get('points') == 'none'
+    node = 'openpose_ros_service_node' if is_flat else 'skeleton_extract_3d_node'
     return f"echo '{node}: {{{parameters}}}' > config.yaml && {line} config:=$PWD/config.yaml"
 
 

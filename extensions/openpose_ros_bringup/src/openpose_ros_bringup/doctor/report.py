@@ -15,7 +15,7 @@ CHECKS: Dict[str, Callable[[Snapshot], Iterator[Finding]]] = {
     'stamps': check_stamps, 'registration': check_registration, 'tf': check_tf, 'frames': check_frames,
     'load': check_load, 'subscribers': check_subscribers}
 Findings = Mapping[str, List[Finding]]
-_COMMAND_OF_ROS = re.compile(r'(^|(?:&&|\|\|) )(?=ros)')
+_COMMAND_OF_ROS = re.compile(r'(^|[&|:] )(?=ros)')
 _WIDTH, _INDENT = 120, ' ' * 25
 
 

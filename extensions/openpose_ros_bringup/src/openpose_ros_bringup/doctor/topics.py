@@ -76,7 +76,11 @@ def _line_of_topic(camera: Camera, stream: Stream, seen: Snapshot) -> str:
         base, transport = base.rpartition('/')[0], 'raw'
     if stream.role in _TRANSPORTS and (base if transport == 'raw' else f'{base}/{transport}') in seen.published:
         return launch_line(camera, **{stream.role: base, f'{stream.role}_transport': transport})
-    return other_topic_line(camera, stream, seen) or camera.driver or DRIVER
+    line = other_topic_line(camera, stream, seen) or camera.driver
+    published = [each is not None and each.topic in seen.published for each in (camera.image, camera.points)]
+    if not line and camera.points is not None and published == [True, False]:
+        line = launch_line(camera, points='none') + '    # people in the image alone; in space they need depth'
+    return line or DRIVER
 
 
 def check_rates(seen: Snapshot) -> Iterator[Finding]:

@@ -8,7 +8,6 @@ import numpy as np
 
 from openpose_ros_pkg.output.draw import person_colour
 from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
-from openpose_ros_tools.plots.motion_plots import LEFT, RIGHT, angle_plot, way_plot
 from openpose_ros_tools.tables.keypoint_selection import Selection, level_axis
 from openpose_ros_tools.tables.keypoint_table import people_of_rows
 from openpose_ros_tools.tables.signal_timeline import SignalFrame, timeline_of
@@ -59,6 +58,7 @@ class Recording:
 
 def facts_of(recording: Recording) -> Message:
     """Return what `www/recording.js` reads before the frames."""
+    from openpose_ros_tools.plots.motion_plots import LEFT, RIGHT  # Matplotlib takes a third of the start
     selection, (spans, falls) = recording.selection, timeline_of(recording.signals)
     colours = {person: person_colour(person)[::-1] for person in selection.persons}
     begin = selection.begin * 1e-9
@@ -115,6 +115,7 @@ def z_up(up: np.ndarray) -> Transform:
 
 def _plots(recording: Recording, colours: Dict[int, str]) -> List[Dict[str, str]]:
     """Return title and SVG of each plot; colours of the people."""
+    from openpose_ros_tools.plots.motion_plots import angle_plot, way_plot
     selection = recording.selection
     speeds = {}  # [m/s], over time, as the signals have them
     for person in colours:

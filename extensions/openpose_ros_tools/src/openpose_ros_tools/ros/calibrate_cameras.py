@@ -30,8 +30,6 @@ from openpose_ros_pkg.command_options import add_output, command_parser, named_v
 from openpose_ros_pkg.params.parameters import frame_name
 from openpose_ros_tools.calibration.calibrate import Calibrated, CalibrationParams, calibrate
 from openpose_ros_tools.outputs import output_folder
-from openpose_ros_tools.plots.plotting import save_figure
-from openpose_ros_tools.plots.rig_plot import rig_figure
 from openpose_ros_tools.ros.camera_recordings import recordings_of_files
 
 _FILES = ('rig.yaml', 'rig.png', 'report.txt')
@@ -49,6 +47,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    from openpose_ros_tools.plots.plotting import save_figure  # Matplotlib takes a third of the start
+    from openpose_ros_tools.plots.rig_plot import rig_figure
     params = CalibrationParams(options.fixed_frame, options.clocks_agree, options.stature, options.distance)
     with output_folder(options.output, options.overwrite, _FILES) as folder:
         recorded = recordings_of_files(options.files, options.cameras, dict(options.camera_info), options.rectified)

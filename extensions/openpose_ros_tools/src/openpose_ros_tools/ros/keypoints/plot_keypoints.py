@@ -16,17 +16,13 @@ are complete.
 import argparse
 import logging
 from functools import partial
-from typing import Callable, Dict, Optional, Sequence
-
-from matplotlib.figure import Figure
+from typing import Any, Callable, Dict, Optional, Sequence
 
 from openpose_ros_pkg.command_line import DONE, Progress, run_command
 from openpose_ros_pkg.command_options import checked, command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.plots import keypoint_plots
-from openpose_ros_tools.plots.plotting import save_figure
 from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints
 from openpose_ros_tools.tables.keypoint_selection import select
 
@@ -42,6 +38,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    from openpose_ros_tools.plots import keypoint_plots  # Matplotlib takes a third of the start
+    from openpose_ros_tools.plots.plotting import save_figure
     table, frames = read_keypoints(options.file, options.topic)
     joints = None if options.joints in (None, ['all']) else options.joints
     try:
@@ -53,7 +51,7 @@ def _run(options: argparse.Namespace) -> int:
         _log.warning('the people are in several frames of reference (%s), which are drawn as one', selection.frame_id)
     if selection.left_out:
         _log.warning('%d people with few rows are left out', selection.left_out)
-    plots: Dict[str, Callable[[], Figure]] = {
+    plots: Dict[str, Callable[[], Any]] = {
         'detections': partial(keypoint_plots.detections, selection),
         'top_view' if table.dimensions == 3 else 'image_paths': partial(keypoint_plots.paths_of_people, selection)}
     for joint in selection.joints:
