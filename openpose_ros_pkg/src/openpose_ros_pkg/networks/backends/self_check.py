@@ -180,9 +180,5 @@ def _any_image(model: Model) -> np.ndarray:
 
 
 def _read(path: Path) -> Dict[str, np.ndarray]:
-    """Read a reference; raises ModelError where the file, which comes with the package, is damaged."""
-    try:
-        with np.load(str(path)) as reference:
-            return dict(reference)
-    except Exception as error:  # the formats of the archive, of its compression and of arrays have errors of their own
-        raise ModelError(f'{path} is damaged, install the package again: {error}') from error
+    with np.load(str(path)) as reference:
+        return dict(reference)
