@@ -150,6 +150,7 @@ def test_markers_that_no_map_knows_are_named():
     ('joints: {knee: A}', 'joints: unknown knee; allowed: nose, neck'),
     ('joints: {nose: []}', r'nose: \[\], expected a name or a list of names'),
     ('joints: {nose: {markers: A, joints: B}}', 'unknown joints; allowed: markers, shift'),
+    ('joints: {nose: {first_of: HTOP}}', "nose: first_of = 'HTOP', expected a list"),
     ('joints: {nose: 3}', 'nose: '), ('joints: {nose: {}}', 'nose: expected one of first_of'),
     ('joints: {nose: {markers: A, side: 1}}', 'unknown side; allowed: markers,'),
     ('joints: {neck: {joints: [left_hip]}, left_hip: A}', 'uses left_hip, which is not among the joints above'),

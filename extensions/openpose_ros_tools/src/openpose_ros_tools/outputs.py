@@ -157,16 +157,12 @@ def _part(path: Path) -> Path:
 
 def _merge(part: Path, path: Path, is_own: Callable[[str], bool]) -> None:
     path.mkdir(parents=True, exist_ok=True)
-    former = files_of(path, is_own)
     made = {new.name for new in part.iterdir()}
-    for old in former:
-        if old.is_dir():  # a folder can not take the place of another one
+    for old in files_of(path, is_own):
+        if old.is_dir() or old.name not in made:  # a folder can not take the place of another one
             _delete(old)
     for new in part.iterdir():
         new.replace(path / new.name)
-    for old in former:
-        if old.name not in made:
-            _delete(old)
 
 
 def _delete(path: Path) -> None:

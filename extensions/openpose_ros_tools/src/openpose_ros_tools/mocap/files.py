@@ -1,6 +1,5 @@
 """Files of motion capture systems: tables of OptiTrack Motive (.csv), C3D (.c3d), TRC (.trc)."""
 import csv
-import struct
 import warnings
 from dataclasses import dataclass
 from io import BytesIO, StringIO
@@ -15,9 +14,6 @@ from openpose_ros_pkg.errors import BadInputError
 _MOTIVE_KEY, _TRC_KEY, _C3D_KEY = 'Format Version', 'PathFileType', 0x50  # the last is the second byte of a file
 # Names of length units, in lower case, and their size [m].
 UNITS: Dict[str, float] = {'m': 1.0, 'meters': 1.0, 'cm': 0.01, 'centimeters': 0.01, 'mm': 0.001, 'millimeters': 0.001}
-# What the library c3d raises for damaged files: it checks little itself.
-_C3D_ERRORS = (AssertionError, AttributeError, IndexError, KeyError, NameError, OSError, OverflowError, TypeError,
-               ValueError, ZeroDivisionError, struct.error)
 
 
 @dataclass(frozen=True)
@@ -151,7 +147,7 @@ def _read_c3d(content: bytes) -> Tuple[List[str], np.ndarray, np.ndarray]:
             frames = [points[:, :4] for _, points, _ in islice(
                 reader.read_frames(), max(int(reader.last_frame) - first + 1, 0))]
             unit = '' if unit is None else unit.string_value.strip(' \0')
-    except _C3D_ERRORS as error:
+    except Exception as error:  # of many kinds: the library checks little itself
         raise ValueError(f'damaged, or no C3D file: {error!r}') from error
     if not 0 < rate < np.inf:
         raise ValueError(f'POINT:RATE = {rate:g}, expected a number above 0 [Hz]')

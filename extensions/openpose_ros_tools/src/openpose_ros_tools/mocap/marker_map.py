@@ -138,6 +138,8 @@ def _rule(value: Any, above: Sequence[str]) -> Rule:
         raise ValueError(f"expected one of {', '.join(_KINDS)}")
     _check_keys(value, (kind, *_KINDS[kind]))
     if kind == 'first_of':
+        if not isinstance(value[kind], list):
+            raise ValueError(f'first_of = {value[kind]!r}, expected a list')
         return {kind: [_rule(each, above) for each in value[kind]]}
     if kind == 'hip_centre':
         asis, psis = (_names(value.get(key)) for key in _KINDS[kind])

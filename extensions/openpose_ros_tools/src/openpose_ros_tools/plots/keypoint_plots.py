@@ -23,13 +23,10 @@ def paths_of_people(selection: Selection) -> Figure:
 
     They are seen from above, with the camera where the coordinates are the camera's; in the image, right and down.
     """
-    in_space, (axis, sign) = selection.table.dimensions == 3, (1, -1)
-    if in_space:
-        axis, sign = vertical_axis(selection.table)
-        # right-handed, seen against "up": across x along = up
-        columns = [(axis + 1) % 3, (axis + 2) % 3][::sign]
-    else:
-        columns = [0, 1]
+    in_space = selection.table.dimensions == 3
+    axis, sign = vertical_axis(selection.table) if in_space else (1, -1)
+    # right-handed, seen against "up": across x along = up
+    columns = [(axis + 1) % 3, (axis + 2) % 3][::sign] if in_space else [0, 1]
     figure = plotting.new_figure(
         9.5, 7.0, 'Paths of the people' + (', seen from above' if in_space else ' in the image'))
     axes = figure.subplots()

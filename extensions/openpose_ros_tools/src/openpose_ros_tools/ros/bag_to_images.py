@@ -21,7 +21,7 @@ import logging
 import sys
 from contextlib import closing
 from pathlib import Path
-from typing import Dict, Iterator, List, Optional, Sequence, Set, Tuple, Union
+from typing import Dict, Iterator, List, Optional, Sequence, Set, Tuple
 
 import numpy as np
 import rosbag
@@ -148,29 +148,24 @@ def _write_images(folder: Path, bag: rosbag.Bag, streams: Dict[str, str], depth_
             taken.add((message.topic, message.stamp))
             yield message
 
-    def write(message: StampedMessage) -> Union[WrittenFile, str]:
-        """Write an image; return why if it can not be decoded."""
+    def write(message: StampedMessage) -> Optional[WrittenFile]:
+        """Write an image; None: it can not be decoded, which is told."""
         stream, seconds = stream_of[message.topic], seconds_text(message.stamp or 0)
         source = f'{stream} image of {seconds} s'
         try:
             suffix, content = file_of_message(stream, deserialized(message), depth_scale, source)
         except BadInputError as error:
-            return f'{source}: {error}'
+            _log.warning('%s: %s; left out', source, error)
+            return None
         path = Path(FOLDERS[stream][0]) / (seconds + suffix)
         (folder / path).parent.mkdir(exist_ok=True)
         (folder / path).write_bytes(content)
         return WrittenFile(stream, message.stamp or 0, path)
 
-    files: List[WrittenFile] = []
-    failed = 0
     with closing(ordered_map(write, messages())) as results:
-        for result in results:
-            if isinstance(result, WrittenFile):
-                files.append(result)
-            else:
-                _log.warning('%s; left out', result)
-                failed += 1
-    return files, failed
+        written = list(results)
+    files = [file for file in written if file is not None]
+    return files, len(written) - len(files)
 
 
 def _parser() -> argparse.ArgumentParser:

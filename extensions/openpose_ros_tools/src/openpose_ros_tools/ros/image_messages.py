@@ -1,6 +1,5 @@
 """Messages of a camera and files of its images, turned into each other."""
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Dict, List, Optional, Sequence, Tuple
 
@@ -37,31 +36,15 @@ Moment = Tuple[int, Dict[str, Tuple[int, Path]]]
 
 @dataclass(frozen=True)
 class FolderMessages:
-    """Makes the messages of an RGB-D folder; several threads may call it.
+    """Makes the messages of an RGB-D folder; several threads may call it."""
 
-    Raises:
-        BadInputError: sizes do not fit each other or the calibration.
-    """
-
-    folder: RgbdFolder  # its first image sets the size of all
+    folder: RgbdFolder
+    size: Tuple[int, int]  # width and height of the images of its first stream
     namespace: str  # of the topics
     frame_id: str  # of all headers
     calibration: Optional[Calibration]  # of the camera, or None
     depth_scale: float = MILLIMETRES  # units of 16-bit depth per metre
     compressed: bool = False  # CompressedImage in place of Image for the colour images
-
-    def __post_init__(self) -> None:
-        if self.calibration is not None and self.calibration.image_size != self._size:
-            raise BadInputError(f"the {self._main} images are {_times(self._size)}, expected the calibration's "
-                                f'{_times(self.calibration.image_size)}')
-
-    @property
-    def _main(self) -> str:
-        return next(iter(self.folder.streams))
-
-    @cached_property
-    def _size(self) -> Tuple[int, int]:
-        return first_size(self.folder)
 
     def moments(self) -> List[Moment]:
         """Return stamps, ascending, and their images: by stream the number of an image in it and its path."""
@@ -113,10 +96,10 @@ class FolderMessages:
         return pixels_to_image(metres, '32FC1', header)
 
     def _check(self, stream: str, path: Path, pixels: np.ndarray) -> None:
-        size = pixels.shape[1], pixels.shape[0]
-        if stream == self._main and size != self._size:
-            raise BadInputError(f'{path} is {_times(size)}, expected {_times(self._size)} as the first image')
-        check_same_aspect(str(path), size, f'the first {self._main} image', self._size)
+        size, main = (pixels.shape[1], pixels.shape[0]), next(iter(self.folder.streams))
+        if stream == main and size != self.size:
+            raise BadInputError(f'{path} is {size_text(size)}, expected {size_text(self.size)} as the first image')
+        check_same_aspect(str(path), size, f'the first {main} image', self.size)
 
 
 def first_size(folder: RgbdFolder) -> Tuple[int, int]:
@@ -189,5 +172,6 @@ def _read_image(stream: str, path: Path) -> Tuple[bytes, np.ndarray]:
     return content, (image_files.decode_depth if stream == 'depth' else decode_image)(content, str(path))
 
 
-def _times(size: Sequence[int]) -> str:
+def size_text(size: Sequence[int]) -> str:
+    """Return width and height as text."""
     return f'{size[0]} x {size[1]}'

@@ -43,19 +43,19 @@ import genpy
 from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.calibration import Calibration, pinhole_calibration, read_calibration
+from openpose_ros_pkg.calibration import pinhole_calibration, read_calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, Progress, run_command
 from openpose_ros_pkg.command_options import add_output, command_parser, number, plain_path
-from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import natural_key
 from openpose_ros_pkg.ros.topics import CAMERA_NAMESPACE
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.parallel import ordered_map
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC, new_bag, write_static_transforms
-from openpose_ros_tools.ros.image_messages import FolderMessages, first_size
+from openpose_ros_tools.ros.image_messages import FolderMessages, first_size, size_text
 from skeleton_extract_3d.points.camera import calibrated_camera
-from skeleton_extract_3d.points.rgbd_folder import RgbdFolder, read_rgbd_folder
+from skeleton_extract_3d.points.rgbd_folder import read_rgbd_folder
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
 from skeleton_extract_3d.points.stamps import SECOND
 from skeleton_extract_3d.ros.convert import transform_from_matrix
@@ -127,15 +127,21 @@ def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: 
     folder = read_rgbd_folder(place, options.rate)
     for remark in folder.remarks:
         _log.warning('%s', remark)
-    calibration = _calibration(options, folder)
+    size = first_size(folder)
+    calibration = read_calibration(options.camera) if options.camera else folder.calibration
+    if options.intrinsics:
+        calibration = pinhole_calibration(*size, options.intrinsics[:2], options.intrinsics[2:])
     if calibration is None:
         _log.warning('no calibration: there will be no camera_info, which depth images need; give --camera or '
                      '--intrinsics')
+    elif calibration.image_size != size:
+        raise BadInputError(f"the images in {place} are {size_text(size)}, expected the calibration's "
+                            f'{size_text(calibration.image_size)}')
     elif not calibration.is_calibrated:
         _log.warning('the camera is not calibrated: K is 0; camera_info will say the same')
     else:
         calibrated_camera(calibration)  # checks it
-    return FolderMessages(folder, namespace, frame_id or folder.frame_id or DEFAULT_FRAME, calibration,
+    return FolderMessages(folder, size, namespace, frame_id or folder.frame_id or DEFAULT_FRAME, calibration,
                           options.depth_scale or folder.depth_scale or MILLIMETRES, options.compressed)
 
 
@@ -146,15 +152,6 @@ def _camera_folders(folder: Path, names: Sequence[str]) -> List[Path]:
     if not folders:
         raise ParameterError(f'{folder} holds no folders of cameras')
     return folders
-
-
-def _calibration(options: argparse.Namespace, folder: RgbdFolder) -> Optional[Calibration]:
-    if options.camera is not None:
-        return read_calibration(options.camera)
-    if not options.intrinsics:
-        return folder.calibration
-    fx, fy, cx, cy = options.intrinsics
-    return pinhole_calibration(*first_size(folder), (fx, fy), (cx, cy))
 
 
 def _poses(cameras: Sequence[FolderMessages], stamp: int) -> List[TransformStamped]:

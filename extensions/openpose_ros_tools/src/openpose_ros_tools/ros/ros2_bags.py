@@ -70,7 +70,7 @@ class Ros2Recording:
         Raises:
             ROSBagException: it is damaged.
         """
-        span = start and start.to_nsec(), end and end.to_nsec() + 1
+        span = None if start is None else start.to_nsec(), None if end is None else end.to_nsec() + 1
         try:
             with self._reader() as reader:
                 wanted = [one for one in _connections(reader) if one.topic in topics]

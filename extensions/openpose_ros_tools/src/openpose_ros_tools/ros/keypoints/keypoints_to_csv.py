@@ -20,8 +20,8 @@ import argparse
 import queue
 import sys
 import time
-from contextlib import contextmanager, suppress
-from typing import Any, Callable, Iterator, Optional, Sequence, TextIO
+from contextlib import suppress
+from typing import Any, Callable, Optional, Sequence, TextIO
 
 import rosgraph
 import roslib.message
@@ -78,17 +78,20 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    check_outputs([options.output], options.overwrite, [options.bag] if options.bag else [])
-    topic, rows = _topic(options), 0
-    with _output(options) as handle, Progress(unit='message') as bar:
-        write = _writer(handle, topic, options)
-        if options.bag:
-            with open_bag(options.bag) as bag:
-                for message, recorded in keypoint_bag.bag_messages(bag, topic.name):
-                    rows += write(message, None if options.time == 'stamp' else recorded)
-                    bar.update()
-        else:
-            rows = follow_topic(topic, write, bar)
+    if options.bag:
+        with open_bag(options.bag) as bag, output_file(options.output, options.overwrite, [options.bag]) as part, \
+                part.open('w', newline='', encoding='utf-8') as handle, Progress(unit='message') as bar:
+            topic, rows = choose_topic(topic_types(bag), str(options.bag), options.topic, options.part), 0
+            write = _writer(handle, topic, options)
+            for message, recorded in keypoint_bag.bag_messages(bag, topic.name):
+                rows += write(message, None if options.time == 'stamp' else recorded)
+                bar.update()
+    else:
+        check_outputs([options.output], options.overwrite)
+        topic = _running_topic(options)
+        with naming(options.output), options.output.open('w', newline='', encoding='utf-8', buffering=1) as handle, \
+                Progress(unit='message') as bar:
+            rows = follow_topic(topic, _writer(handle, topic, options), bar)
     sys.stdout.write(f'{rows} rows of {topic.part} from {topic.name} in {options.output}\n')
     return DONE
 
@@ -106,23 +109,8 @@ def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -
         message, topic)) if getattr(message, topic.part) else 0
 
 
-@contextmanager
-def _output(options: argparse.Namespace) -> Iterator[TextIO]:
-    """Give the file to write to, which for a bag is in its place when the block ends."""
-    if options.bag:
-        with output_file(options.output, options.overwrite, [options.bag]) as part, \
-                part.open('w', newline='', encoding='utf-8') as handle:
-            yield handle
-    else:
-        with naming(options.output), options.output.open('w', newline='', encoding='utf-8', buffering=1) as handle:
-            yield handle
-
-
-def _topic(options: argparse.Namespace) -> KeypointTopic:
-    """Return the topic to read; wait for one that is to run."""
-    if options.bag:
-        with open_bag(options.bag) as bag:
-            return choose_topic(topic_types(bag), str(options.bag), options.topic, options.part)
+def _running_topic(options: argparse.Namespace) -> KeypointTopic:
+    """Return the topic to listen to; wait until it is there."""
     if not rosgraph.is_master_online():
         raise BadInputError(f'there is no ROS master at {rosgraph.get_master_uri()}; start one, or give a bag')
     rospy.init_node(_NAME, anonymous=True, disable_signals=True)

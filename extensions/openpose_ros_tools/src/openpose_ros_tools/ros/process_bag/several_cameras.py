@@ -129,7 +129,8 @@ def process_rig(rig: RigInput, job: BagJob, on_frame: OnFrame = lambda done, tot
         shutil.rmtree(str(folder), ignore_errors=True)  # a killed process left it
         stack.callback(shutil.rmtree, str(folder), ignore_errors=True)
         folder.mkdir()
-        networks = Networks(job.settings, publish_tf=False)  # joints as frames would have the same names
+        # joints as frames would have the same names
+        networks = Networks(replace(job.settings, values={**job.settings.values, 'publish_tf': False}))
         bags: List[Path] = []
         reports: Dict[str, BagReport] = {}
         begins = [0, *itertools.accumulate(view.images for view in views)]

@@ -77,11 +77,9 @@ class Networks:
         settings: of all.
     """
 
-    def __init__(self, settings: Settings, publish_tf: Optional[bool] = None) -> None:
+    def __init__(self, settings: Settings) -> None:
         keep_large_blocks()
         self.settings = build_settings(settings.values)
-        if publish_tf is not None:
-            self.settings = replace(self.settings, extractor=replace(self.settings.extractor, publish_tf=publish_tf))
         params = self.settings.detector
         if params.backend.threads == 0:
             params = replace(params, backend=replace(params.backend, threads=settings.threads))
