@@ -8,7 +8,6 @@ from typing import Callable, Dict, NoReturn, Sequence
 from development import PACKAGES, PYTHON, ROOT
 from development.generated import write_config, write_docs
 from development.locks import write_locks
-from development.release import release
 from development.ros2 import write_ros2
 from development.set_up import find_python_38, set_up, weights
 from development.terminal import die, handle_signals, say
@@ -96,5 +95,5 @@ WITH_HELP = ('setup', 'demo', 'launch', 'doctor', 'shell', 'model')
 BENCHMARKS = ('accuracy', 'ablation', 'calibration', 'live', 'report', 'soak', 'virtual')
 COMMANDS: Dict[str, Callable[[Sequence[str]], None]] = {
     'setup': set_up, 'demo': demo, 'camera': camera, 'launch': launch, 'doctor': doctor, 'shell': shell, 'test': test,
-    'release': release, 'model': model, 'bench': bench, 'config': write_config, 'docs': write_docs, 'lock': write_locks,
+    'model': model, 'bench': bench, 'config': write_config, 'docs': write_docs, 'lock': write_locks,
     'ros2': write_ros2}

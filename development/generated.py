@@ -1,8 +1,10 @@
-"""Files that are written from the code: config/*.yaml, the tables of joints.h, and development/notes/faults.md."""
+"""Files written from the code: config/*.yaml, tables in joints.h and docs/ros_api.md, development/notes/faults.md."""
 import importlib
+import json
 import re
 import sys
 import textwrap
+from pathlib import Path
 from typing import Any, Iterable, List, Sequence, Tuple
 
 from development import PACKAGES, PYTHON_SOURCES, ROOT
@@ -16,6 +18,18 @@ Written by `./run docs` from the cases of `tests/faults`; [reliability](../../do
 checks. A node is `CHAIN/NODE` of `tests/faults/rig.py`; what comes of a fault is a counter and text of `/diagnostics`.
 
 """
+ROS_API = ROOT / 'docs/ros_api.md'
+# Parameters that most users set, and that some do; all others are seldom set. Of all nodes, so that a name means one.
+_ALWAYS = frozenset((
+    'camera', 'camera_topic', 'cameras', 'fixed_frame', 'folder', 'mode', 'planning_frame', 'rig', 'robot_links',
+    'source', 'target_rate'))
+_SOMETIMES = frozenset((
+    'camera_info_file', 'camera_ns', 'class_id', 'colour_by_person', 'crop_model', 'dimensions', 'display', 'face',
+    'frame_id', 'gravity_frame', 'guard', 'guard_range', 'hands', 'horizon', 'host', 'image_topic', 'image_transport',
+    'joint_min_score', 'label', 'loop', 'peak_threshold', 'person_min_score', 'persons', 'playback', 'points_source',
+    'pose_model', 'probability', 'publish_tf', 'rate', 'rectified', 'rgb_cameras', 'robot_frame', 'robot_radius',
+    'room_velocities', 'rotate_image', 'summary', 'target_frame', 'targets', 'track_timeout', 'tracking_frame',
+    'use_floor', 'use_landmarks', 'write_images', 'write_joint_set', 'write_json', 'write_video', 'zones'))
 JOINTS_H = ROOT / 'openpose_ros_msgs/include/openpose_ros_msgs/joints.h'
 CONFIG_MODULES = ('openpose_ros_pkg.params.nodes', 'skeleton_extract_3d.node_params', 'openpose_ros_fusion.node_params',
                   'openpose_ros_signals.node_params', 'openpose_ros_bridges.node_params',
@@ -61,12 +75,42 @@ def _skeleton_tables(model: Any) -> str:
 
 
 def write_docs(_arguments: Sequence[str] = ()) -> None:
-    """Write the table of what the fault suite injects, docs/results.md, and the figures that pages quote."""
+    """Write the tables of faults and of parameters, docs/results.md, and the figures that pages quote."""
     find_packages()
+    ROS_API.write_text(with_parameters(ROS_API.read_text()))
+    say(str(ROS_API))
     FAULTS.parent.mkdir(exist_ok=True)
     FAULTS.write_text(faults_page())
     say(str(FAULTS))
     write_results()
+
+
+def with_parameters(page: str) -> str:
+    """Return docs/ros_api.md with the parameters of each node, those first that most users set."""
+    from openpose_ros_pkg.params.parameters import parameter_fields
+    rows: List[Sequence[str]] = [('node', 'always', 'sometimes', 'seldom'), ['---'] * 4]
+    kinds = {name: kind for _, name, kind in _config_files()}
+    of_service = {field.name for field in parameter_fields(kinds['openpose_ros_node.yaml'])}
+    for package, name, kind in _config_files():
+        hidden = {'lazy', *(of_service if name == 'skeleton_extract_3d_node.yaml' else ())}
+        fields = [field for field in parameter_fields(kind) if field.name not in hidden]
+        link = f'[`{Path(name).stem}`](../{(PACKAGES[package] / "config" / name).relative_to(ROOT)})'
+        rows += [(link, *(', '.join(_with_default(field) for field in fields if _use(field.name) == use)
+                          for use in range(3)))] * bool(fields)
+    table = ''.join(f'| {" | ".join(row)} |\n' for row in rows)
+    begin, end = '<!-- parameters -->\n', '<!-- end of parameters -->'
+    return page.partition(begin)[0] + begin + table + end + page.partition(end)[2]
+
+
+def _use(name: str) -> int:
+    """Return 0 for a parameter that is always set, 1: sometimes, 2: seldom."""
+    return 0 if name in _ALWAYS else 1 if name in _SOMETIMES else 2
+
+
+def _with_default(field: Any) -> str:
+    """Return a parameter with its default and unit, as on a command line."""
+    default = field.default if isinstance(field.default, str) else json.dumps(field.default)
+    return f"`{field.name}={default}` {field.metadata['unit']}".rstrip()
 
 
 def faults_page() -> str:

@@ -154,7 +154,7 @@ def _install(packages: Sequence[str], root: Sequence[str]) -> None:
     apt = (*root, *APT)
     succeeds(*root, 'dpkg', '--configure', '-a')  # what an interrupted installation left
     if not succeeds(*apt, 'install', *packages):  # there is no package list, or an old one names files that are gone
-        _run_all([*apt, 'update'], [*apt, '--fix-broken', 'install'], [*apt, 'install', *packages])
+        run_all([*apt, 'update'], [*apt, '--fix-broken', 'install'], [*apt, 'install', *packages])
 
 
 # ---- 2: packages of PyPI, in .venv, beside the system's
@@ -173,7 +173,7 @@ def _set_up_venv(openvino: Optional[str]) -> None:
     if stamp == wanted and succeeds(VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino, quiet=True):
         say(f'[2/4] Python packages: .venv is right, {openvino} OpenVINO{why}')
         return
-    _clear(VENV)
+    clear(VENV)
     step(f'[2/4] Python packages: making .venv {openvino} OpenVINO{why}', 'venv',
          'check the network; where PyPI can not be reached: ./run setup --without-openvino',
          _make_venv, openvino, numpy)
@@ -195,7 +195,8 @@ def check_own(environment: Path) -> None:
         die(f'{environment} was not made by ./run setup, which needs this name; move it away')
 
 
-def _clear(folder: Path) -> None:
+def clear(folder: Path) -> None:
+    """Make a folder of this program anew; see `check_own`."""
     check_own(folder)
     shutil.rmtree(str(folder), ignore_errors=True)
     folder.mkdir()
@@ -207,11 +208,12 @@ def _set_up_test_tools() -> None:
     if _read(TEST_STAMP) != wanted:
         step('[2/4] Python packages: adding the test tools to .venv', 'test_tools',
              'check the network; the test tools come from PyPI',
-             _run_all, [*PIP_BESIDE_NUMPY, '-r', str(lock_of(TEST_REQUIREMENTS))])
+             run_all, [*PIP_BESIDE_NUMPY, '-r', str(lock_of(TEST_REQUIREMENTS))])
         TEST_STAMP.write_text(wanted)
 
 
-def _run_all(*commands: Sequence[str]) -> None:
+def run_all(*commands: Sequence[str]) -> None:
+    """Run commands one after the other; one that fails is an error."""
     for command in commands:
         run(command, check=True)
 
@@ -232,9 +234,9 @@ def find_python(check: str, *versions: str) -> Optional[str]:
 def _set_up_focal(python: str) -> None:
     wanted = _hash(f'{ROOT} {python} {output_of(python, "--version")}', lock_of(FOCAL_REQUIREMENTS))
     if _read(FOCAL_STAMP) != wanted:
-        _clear(VENV_FOCAL)
+        clear(VENV_FOCAL)
         step(f'[2/4] Python packages: making .venv_focal, the libraries of Ubuntu 20.04, with {python}', 'focal',
-             'check the network; the libraries come from PyPI', _run_all, [python, '-m', 'venv', str(VENV_FOCAL)],
+             'check the network; the libraries come from PyPI', run_all, [python, '-m', 'venv', str(VENV_FOCAL)],
              [str(VENV_FOCAL / 'bin/python3'), *PIP, '-r', str(lock_of(FOCAL_REQUIREMENTS))])
         FOCAL_STAMP.write_text(wanted)
 
@@ -274,9 +276,8 @@ def weights(*arguments: str, quiet: bool = False) -> bool:
 
 
 def _command(script: Path, *arguments: str) -> List[str]:
-    """Return a program with what is there so far: the sources, compiled modules, and packages of PyPI."""
+    """Return a program with what is there so far: the sources, and packages of PyPI."""
     sources = [PACKAGES[name] / 'src' for name in ('openpose_ros_pkg', 'openpose_ros_web')]
-    sources += DEVEL.glob('lib/python3*/*-packages')
     from_pypi = ''.join(map(str, VENV.glob('lib/python3*/site-packages')))
     variables = [f'PYTHONPATH={os.pathsep.join(map(str, sources))}', f'OPENPOSE_ROS_SITE_PACKAGES={from_pypi}']
     return ['env', *variables, PYTHON, '-B', str(script), *arguments]

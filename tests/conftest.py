@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-SOURCES = {'openpose_ros_decode': ROOT / 'openpose_ros_pkg/src/cpp',
-           'skeleton_extract_3d_lifting': ROOT / 'skeleton_extract_3d/src/cpp'}
+SOURCES = {'skeleton_extract_3d_lifting': ROOT / 'skeleton_extract_3d/src/cpp'}
 TIMEOUT = 600.0  # [s]
 
 

@@ -39,16 +39,13 @@ class Job(NamedTuple):
 def jobs_of(name: str, out: Optional[Path], count: int) -> List[Job]:
     """Return the scenes of a set, all its kinds if it is whole; or a scenario by hand.
 
-    Raises
-    ------
-    ValueError
-        There is no such set or scenario.
+    Raises:
+        ValueError: there is no such set or scenario.
     """
     folder = out or RENDERED
-    if name in GROUPS:
-        return [Job(each, folder / name) for each in GROUPS[name]]
-    if name in SCENARIOS:
-        return [Job(name, folder / next(group for group, scenes in GROUPS.items() if name in scenes))]
+    if name in {*GROUPS, *SCENARIOS}:
+        return [Job(each, folder / group) for group, scenes in GROUPS.items() for each in scenes
+                if name in (group, each)]
     if name not in SETS:
         raise ValueError(f"there is no set or scenario '{name}'; sets: {', '.join([*SETS, *GROUPS])}; "
                          f"scenarios: {', '.join(SCENARIOS)}")

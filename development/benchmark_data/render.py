@@ -21,7 +21,7 @@ sys.path.insert(0, str(ROOT))
 
 from development import LOGS  # noqa: E402  # found by the path above
 from development.locks import RENDER_REQUIREMENTS, lock_of  # noqa: E402
-from development.set_up import PIP, check_own, find_python  # noqa: E402
+from development.set_up import PIP, clear, find_python, run_all  # noqa: E402
 from development.terminal import die, step, succeeds  # noqa: E402
 
 ENVIRONMENT = ROOT / '.venv_render'
@@ -71,19 +71,13 @@ def render_python() -> str:
     if base is None:
         die('rendering needs a Python 3.11 or newer with venv on PATH or in pyenv; '
             'or RENDER_PYTHON=INTERPRETER with the packages of ' + str(RENDER_REQUIREMENTS))
-    check_own(ENVIRONMENT)
+    clear(ENVIRONMENT)
     LOGS.mkdir(exist_ok=True)
     step('Making .venv_render: about 6 GB of packages, most of it for torch', 'render',
-         'check the network and the space on the disk', make_environment, base)
+         'check the network and the space on the disk', run_all, [base, '-m', 'venv', str(ENVIRONMENT)],
+         [str(ENVIRONMENT / 'bin/python3'), *PIP, '-r', str(lock_of(RENDER_REQUIREMENTS))])
     STAMP.write_text(lock)
     return python
-
-
-def make_environment(base: str) -> None:
-    succeeds(base, '-m', 'venv', '--clear', str(ENVIRONMENT))
-    STAMP.with_name('.made_by_run').touch()
-    if not succeeds(str(ENVIRONMENT / 'bin/python3'), *PIP, '-r', str(lock_of(RENDER_REQUIREMENTS))):
-        sys.exit('pip could not install the packages')
 
 
 if __name__ == '__main__':

@@ -52,18 +52,14 @@ def write_scene(scene: Scene, folder: Path, only: Optional[Sequence[int]] = None
     target, partial = folder / scene.name, folder / f'.{scene.name}.partial'
     shutil.rmtree(str(partial), ignore_errors=True)
     numbers = range(scene.frames) if only is None else only
-    poses = {i: _poses_at(scene, i) for i in numbers}
-    if len(scene.cameras) == 1:
-        _write_view(scene, 0, poses, partial)
-    else:
-        views = [_write_view(scene, k, poses, partial / f'cam{k}') for k in range(len(scene.cameras))]
+    poses = {i: [rig.pose(mover.at(i / scene.fps)) for rig, mover in zip(scene.rigs, scene.movers)] for i in numbers}
+    several = len(scene.cameras) > 1
+    views = [_write_view(scene, k, poses, partial / f'cam{k}' if several else partial)
+             for k in range(len(scene.cameras))]
+    if several:
         _write_world(scene, views, poses, partial)
     shutil.rmtree(str(target), ignore_errors=True)
     return partial.rename(target)
-
-
-def _poses_at(scene: Scene, i: int) -> List[Posed]:
-    return [rig.pose(mover.at(i / scene.fps)) for rig, mover in zip(scene.rigs, scene.movers)]
 
 
 def _write_view(scene: Scene, k: int, poses: Dict[int, List[Posed]], folder: Path) -> List[Dict[str, Any]]:
@@ -104,12 +100,14 @@ def _people_truth(scene: Scene, camera: Camera, i: int, posed: Sequence[Posed], 
         found = truth.point_truth(camera, person.joints, k + 1, image, truth.JOINT_THICKNESS)
         if max(found['vis']) == truth.OUTSIDE and not (image.ids == k + 1).any():
             continue
-        feet = truth.point_truth(camera, person.feet, k + 1, image, np.full(len(FEET), truth.FOOT_THICKNESS))
+        feet = truth.point_truth(camera, person.feet, k + 1, image, truth.FOOT_THICKNESS)
         entry = dict(id=k + 1, **found, feet=feet)
         if scene.targets is not None:
             entry.update(truth.signal_truth(camera, mover.labels(i / scene.fps), person.joints))
         if scene.hands:
-            entry.update(truth.hand_truth(camera, rig.hand_points(person), rig.face_points(person), k + 1, image))
+            entry['hands'] = [dict(side=side, **truth.point_truth(camera, points, k + 1, image, truth.HAND_THICKNESS))
+                              for side, points in zip(('right', 'left'), rig.hand_points(person))]
+            entry['face'] = truth.point_truth(camera, rig.face_points(person), k + 1, image, truth.FACE_THICKNESS)
         people.append(entry)
     return people
 
@@ -127,26 +125,23 @@ def _write_truth(scene: Scene, camera: Camera, frames: List[Dict[str, Any]], fol
 
 def _write_meta(scene: Scene, view: Tuple[int, Camera], rendered: Tuple[List[Any], List[Any]], folder: Path) -> None:
     (k, camera), (frames, camera_poses) = view, rendered
-    model = camera.intrinsics
+    model, people = camera.intrinsics, []
+    for i, rig in enumerate(scene.rigs):
+        look = {name: getattr(rig.body.spec, name) for name in ('gender', 'age', 'weight', 'outfit', 'shoes', 'hair')}
+        people.append({'id': i + 1, 'stature_m': round(rig.body.stature, 3), **{
+            name: value if isinstance(value, str) else round(value, 3) for name, value in look.items()}})
     meta = dict(
         K=model.matrix(), fps=scene.fps, frame_id='camera_rgb_optical_frame', width=model.width, height=model.height,
         n_frames=len(frames), T_world_camera=np.round(camera.pose(), 6).tolist(),
         camera={'height_m': round(camera.height, 3), 'pitch_down_deg': round(camera.pitch, 2)}, scenario=scene.name,
         seed=scene.seed, sensor=scene.sensor, depth='uint16 mm, 0 = invalid, aligned to rgb',
-        people=[dict(id=i + 1, stature_m=round(rig.body.stature, 3), **_look(rig)) for i, rig in enumerate(scene.rigs)],
+        people=people,
         notes=scene.room.notes, **scene.description)
     if scene.moving:
         meta['poses'] = camera_poses
     if len(scene.cameras) > 1:
         meta['camera_name'] = f'cam{k}'
     (folder / 'meta.json').write_text(json.dumps(meta, indent=1))
-
-
-def _look(rig: Rig) -> Dict[str, Any]:
-    spec = rig.body.spec
-    return {'gender': round(spec.gender, 3), 'age': round(spec.age, 3), 'weight': round(spec.weight, 3),
-            'outfit': spec.outfit,
-                'shoes': spec.shoes, 'hair': spec.hair}
 
 
 def _write_world(scene: Scene, views: List[List[Dict[str, Any]]], poses: Dict[int, List[Posed]], folder: Path) -> None:

@@ -33,17 +33,16 @@ from openpose_ros_pkg.command_line import run_command, setting_values
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import build
 from scoring.counts import Counts, load
-from scoring.figures import Figure, Ratio, differences, figures
+from scoring.figures import Figure, differences, figures, of_sums
 from scoring.people import STATISTICS, TABLE, score_people
 from skeleton_extract_3d.chain_settings import ChainSettings
 
 FACTORS = {'half': 0.5, 'twice': 2.0}
 # Of sequences in virtual time: rate of the camera [Hz], slowness of the machine; figures.
 RATE, SLOW = 15.0, 4.0
-VIRTUAL = {name: Ratio(name, lambda counts, top=top: counts.sums.get(top, 0), (
-    lambda counts, bottom=bottom: counts.sums.get(bottom, 0)) if bottom else None, digits=3 if bottom else 0)
-    for name, top, bottom in (('lost', 'lost', 'plain'), ('ghosts', 'ghosts', 'found'), ('switches', 'switches', ''),
-                              ('ids kept', 'kept', 'returned'))}
+VIRTUAL = {name: of_sums(name, top, bottom, digits=3 if bottom else 0) for name, top, bottom in (
+    ('lost', 'lost', 'plain'), ('ghosts', 'ghosts', 'found'), ('switches', 'switches', ''),
+    ('ids kept', 'kept', 'returned'))}
 
 
 class Variant(NamedTuple):

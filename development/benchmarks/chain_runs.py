@@ -1,4 +1,4 @@
-"""The chain over RGB-D sequences with known joints, without ROS: truth, counted networks, runs.
+"""The chain over RGB-D sequences with known joints, without ROS: counted networks, runs.
 
 A sequence folder holds rgb/, depth/ (16-bit PNG [mm]), gt.json and either meta.json (K, width, height, fps) or
 camera.yaml and sequence.yaml.
@@ -8,12 +8,14 @@ import itertools
 import json
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.detection import KnownPeople, NextPart
+from ground_truth import true_frames
+from openpose_ros_pkg.detect.detection import KnownPeople
 from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
@@ -26,12 +28,10 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.chain import PeopleChain, Result
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.people import MEASURED, People3D
+from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.depth import DepthImage, NoDepth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
-# Label of visible joints in gt.json.
-VISIBLE = 2
 # Work per pixel of the input, in units of one pass of mobilenet_thin over 656 x 368, as measured with OpenVINO.
 WORK = {'mobilenet_thin': 1 / (656 * 368), 'movenet_multipose': 0.35 / (512 * 288), 'movenet_thunder': 0.14 / 256 ** 2,
         'picodet': 0.08 / 320 ** 2, 'tinypose': 0.17 / (192 * 256),
@@ -51,82 +51,35 @@ def name_of(folder: Path) -> str:
     return f'{folder.resolve().parent.name}_{folder.resolve().name}'
 
 
-def read_truth(folder: Path, file: str = 'gt.json') -> Tuple[Dict[str, Any], List[int]]:
-    """Return a file of true joints, and the rows of its joints in the order of COCO_18."""
-    truth = json.loads((folder / file).read_text())
-    return truth, [truth['joints'].index(joint) for joint in COCO_18.joints]
-
-
-def true_people(folder: Path) -> Frames:
-    """Return the true people of each frame, in the frame of the camera, as if all joints were measured."""
-    (truth, order), frames = read_truth(folder), []
-    for frame in truth['frames']:
-        joints = np.array([person['xyz'] for person in frame['people']], np.float64).reshape(-1, len(order), 3)
-        shape = joints.shape[:2]
-        frames.append((frame['t'], People3D(COCO_18, joints[:, order], np.ones(shape), np.full(shape, MEASURED),
-                                            np.full(shape, 0.02), [person['id'] for person in frame['people']])))
-    return frames
-
-
-def camera_poses(folder: Path, sequence: Optional[RgbdSequence] = None) -> np.ndarray:
+def camera_poses(folder: Path) -> np.ndarray:
     """Return T_world_camera of each frame, (F, 4, 4); in the world, z is up and the floor is z = 0."""
-    path, sequence = folder / 'meta.json', sequence or open_sequence(folder)
+    path, sequence = folder / 'meta.json', open_sequence(folder)
     meta = json.loads(path.read_text()) if path.is_file() else {'T_world_camera': sequence.T_world_camera}
     return np.array(meta.get('poses') or [meta['T_world_camera']] * len(sequence))
 
 
-def exact_joints(folder: Path) -> List[List[Tuple[np.ndarray, np.ndarray]]]:
-    """Return the true pixels (18, 2) and labels (18,; 0: out of the image) of the joints of each person by frame."""
-    truth, order = read_truth(folder)
-    return [[(np.array(person['uv'], np.float64)[order], np.array(person['vis'])[order]) for person in frame['people']]
-            for frame in truth['frames']]
-
-
-def exact_people(folder: Path) -> List[People2D]:
-    """Return the people of each frame by the true pixels: every joint within the image, hidden or not."""
-    found = []
-    for frame in exact_joints(folder):
-        keypoints = np.array([np.where(labels[:, np.newaxis] > 0, np.insert(uv, 2, 1, axis=1), (np.nan, np.nan, 0))
-                              for uv, labels in frame], np.float32).reshape(-1, len(COCO_18.joints), 3)
-        found.append(People2D(COCO_18, keypoints, np.ones(len(keypoints)), np.full(len(keypoints), -1)))
-    return found
-
-
-def apart_in_image(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
-    """Return the median distance of joints from the true ones, as a share of half the diagonal of their true box."""
-    distances = np.linalg.norm(xy - uv, axis=1)[labels > 0]
-    if not np.isfinite(distances).any():
-        return 1e3
-    return float(np.nanmedian(distances) / max(np.linalg.norm(np.ptp(uv[labels > 0], axis=0)) / 2, 1.0))
-
-
 class CountedNetwork:
-    """A network that counts its passes, and their pixels [px]."""
+    """A network that has its passes counted, and may compute each input once; `outputs`: what it computed.
 
-    def __init__(self, network: Backend) -> None:
-        self._network, self.passes, self.pixels = network, 0, 0
+    Args:
+        count: takes the images of each call.
+    """
+
+    def __init__(self, network: Backend, count: Callable[[Sequence[np.ndarray]], None], cached: bool) -> None:
+        self._network, self._count, self._cached = network, count, cached
         self.name, self.description, self.fallback = network.name, network.description, network.fallback
+        self.outputs: Dict[Any, Tuple[np.ndarray, ...]] = {}
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         return self.infer_many([images])[0]
 
     def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
-        self.passes += len(images)
-        self.pixels += sum(image.shape[1] * image.shape[2] for image in images)
-        return self._network.infer_many(images)
-
-
-class CachedNetwork(CountedNetwork):
-    """A network that computes each input once, and counts those; `outputs`: what it computed."""
-
-    def __init__(self, network: Backend) -> None:
-        super().__init__(network)
-        self.outputs: Dict[Any, Tuple[np.ndarray, ...]] = {}
-
-    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        self._count(images)
+        if not self._cached:
+            return self._network.infer_many(images)
         keys = [(image.shape, hashlib.blake2b(image.tobytes(), digest_size=16).digest()) for image in images]
         new = {key: image for key, image in zip(keys, images) if key not in self.outputs}
-        self.outputs.update(zip(new, super().infer_many(list(new.values())) if new else ()))
+        self.outputs.update(zip(new, self._network.infer_many(list(new.values())) if new else ()))
         return [self.outputs[key] for key in keys]
 
 
@@ -135,31 +88,27 @@ class CountedNetworks(Networks):
 
     def __init__(self, params: BackendParams, model_folder: str, cached: bool = False) -> None:
         super().__init__(params, model_folder)
-        self._cached = cached
+        self._cached, self._done = cached, 0.0
         self._counted: Dict[str, CountedNetwork] = {}
-        self._caches: List[CachedNetwork] = []
 
     def _network(self, model: Model) -> Backend:
         if model.name not in self._counted:
-            network: Backend = super()._network(model)
-            if self._cached:
-                self._caches.append(CachedNetwork(network))
-                network = self._caches[-1]
-            self._counted[model.name] = self.counted(model.name, network)
+            count = partial(self.count, model.name)
+            self._counted[model.name] = CountedNetwork(super()._network(model), count, self._cached)
         return self._counted[model.name]
 
-    def counted(self, name: str, network: Backend) -> CountedNetwork:
-        """Return a network of a name that counts its work."""
-        return CountedNetwork(network)
+    def count(self, name: str, images: Sequence[np.ndarray]) -> None:
+        """Count the work of a network."""
+        self._done += WORK.get(name, np.nan) * sum(image.shape[1] * image.shape[2] for image in images)
 
     def done(self) -> float:
         """Return the work so far, in units of one pass of mobilenet_thin over 656 x 368 pixels."""
-        return sum(WORK.get(name, np.nan) * network.pixels for name, network in self._counted.items())
+        return self._done
 
     def forget(self) -> None:
         """Forget what was computed."""
-        for cache in self._caches:
-            cache.outputs.clear()
+        for network in self._counted.values():
+            network.outputs.clear()
 
 
 class Budget:
@@ -189,12 +138,9 @@ class Budget:
         self._allowed = min(self._allowed + self._work, self._done() + 2 * self._work)
         result = chain.look(frame)
         for part in chain.search():
-            if not self._allows(part):
+            if not part.owed and self._done() + part.seconds / self._unit > self._allowed:
                 break
         return result
-
-    def _allows(self, part: NextPart) -> bool:
-        return part.owed or self._done() + part.seconds / self._unit <= self._allowed
 
 
 @dataclass
@@ -244,8 +190,8 @@ class Finder:
         sequence, work = open_sequence(folder), self._networks.done
         budget = Budget(self._work_per_frame, sequence.fps or 1.0, work) if self._work_per_frame > 0 else None
         if self._detector is None:
-            people = exact_people(folder)
-            detection: Any = KnownPeople(COCO_18, lambda frame: people[frame.source])
+            truth = true_frames(folder)
+            detection: Any = KnownPeople(COCO_18, lambda frame: truth[frame.source].people_2d)
         else:
             detection = NetworkDetection(self._detector, self._following, None if budget is None else budget.pace)
         chain = PeopleChain(detection, self._settings.estimator, tracking=self._settings.tracking, bodies=self._bodies)

@@ -3,10 +3,9 @@ import argparse
 import multiprocessing
 import sys
 import tempfile
-import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, List, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, List, Sequence
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.extend([str(ROOT), *map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')),
@@ -30,25 +29,10 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, doc: str) -> None:
         super().__init__(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
 
-    def parse_live(self) -> argparse.Namespace:
-        """Return the arguments; those like NAME:=VALUE, of the launch file, may stand anywhere and come as `launch`."""
-        self.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file')
-        named = [text for text in sys.argv[1:] if ':=' in text]
-        arguments = self.parse_args([text for text in sys.argv[1:] if text not in named])
-        arguments.launch = named
-        return arguments
-
 
 def scenes_of(folder: Path) -> List[Path]:
     """Return the scenes with known joints in a folder."""
     return sorted(path.parent for path in folder.glob('*/gt.json'))
-
-
-def elapsed(call: Callable[[], Any]) -> Tuple[float, Any]:
-    """Return the milliseconds that a call takes, and its result."""
-    began = time.perf_counter()
-    result = call()
-    return 1e3 * (time.perf_counter() - began), result
 
 
 def markdown(rows: Sequence[Sequence[object]]) -> str:

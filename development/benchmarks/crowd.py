@@ -1,13 +1,14 @@
 """RGB-D sequences with a chosen number of people: the two of the shipped one, cut out and pasted."""
 import shutil
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
+from typing import List, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
 
-from chain_runs import open_sequence, read_truth
+from chain_runs import open_sequence
 from common import DEMO
+from ground_truth import TrueFrame, true_frames
 from skeleton_extract_3d.points.rgbd_sequence import RgbdFrame, RgbdSequence
 
 # Depth before the empty scene, and from the mean depth of the joints, of the pixels of a person [m].
@@ -31,12 +32,8 @@ def make_crowd(folder: Path, parts: Sequence[int], frames: int = 40) -> Path:
     One: the nearer of the two of the shipped sequence alone. More: both, and copies of them in other phases of their
     walk, farther away and aside. Shadows on the floor and contours are not those of a camera.
     """
-    if not folder.is_dir():
-        _write_crowd(folder, [people for people in parts for _ in range(frames)])
-    return folder
-
-
-def _write_crowd(folder: Path, counts: Sequence[int]) -> None:
+    if folder.is_dir():
+        return folder
     sequence = open_sequence(DEMO)
     shipped = list(sequence)
     for name in ('rgb', 'depth'):
@@ -47,9 +44,9 @@ def _write_crowd(folder: Path, counts: Sequence[int]) -> None:
     farthest, (rows, columns) = depths.argmax(axis=0), np.indices(depths.shape[1:])
     room = np.array([frame.bgr for frame in shipped])[farthest, rows, columns]
     room_depth = depths.max(axis=0) / np.float32(1000)
-    cut = [_cut_out(frame, room_depth, true['people']) for frame, true in zip(shipped, read_truth(DEMO)[0]['frames'])]
+    cut = [_cut_out(frame, room_depth, true) for frame, true in zip(shipped, true_frames(DEMO))]
     forth_and_back = cut + cut[-2:0:-1]
-    for number, count in enumerate(counts):
+    for number, count in enumerate(people for people in parts for _ in range(frames)):
         people = forth_and_back[number % len(forth_and_back)][2 - min(count, 2):]
         for row, late, *shift in _COPIES[:max(count - 2, 0)]:
             people.append(_moved(forth_and_back[(number + late) % len(forth_and_back)][row], shift, sequence))
@@ -59,13 +56,14 @@ def _write_crowd(folder: Path, counts: Sequence[int]) -> None:
             bgr[nearer], depth[nearer] = person.bgr[nearer], person.depth[nearer]
         cv2.imwrite(str(folder / 'rgb' / f'{number:05d}.jpg'), bgr, [cv2.IMWRITE_JPEG_QUALITY, 92])
         cv2.imwrite(str(folder / 'depth' / f'{number:05d}.png'), np.rint(1000 * depth).astype(np.uint16))
+    return folder
 
 
-def _cut_out(frame: RgbdFrame, room_depth: np.ndarray, people: Sequence[Dict[str, Any]]) -> List[CutOut]:
+def _cut_out(frame: RgbdFrame, room_depth: np.ndarray, true: TrueFrame) -> List[CutOut]:
     """Return the true people of a frame, in the order of their ids."""
     depth, cut = frame.depth / np.float32(1000), []
-    for person in sorted(people, key=lambda person: person['id']):
-        middle = np.array(person['xyz'], np.float32)[:, 2].mean()
+    for person in np.argsort(true.ids):
+        middle = true.xyz[person, :, 2].astype(np.float32).mean()
         own = (depth > 0) & (depth < room_depth - _BEFORE) & (np.abs(depth - middle) < _AT_JOINTS)
         # the contour has no depth: it gets that of the body
         mask = cv2.morphologyEx(own.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((7, 7), np.uint8)) > 0

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Measure the running nodes: rate, latency by stage, processor and memory, for rates, numbers of people, points.
 
-Each row of the table: a camera driver plays a sequence of 960 x 540 forth and back, and the results of the 3D chain
-with its visualization are counted for a while. The sequences are made of the shipped one, or given by --folder.
+Each row of the table: a camera driver plays a sequence of 960 x 540 forth and back, made of the shipped one, and the
+results of the 3D chain with its visualization are counted for a while.
 `target_rate` is the camera's rate unless it is given. Latency: from the camera's stamp to the arrival of the message in
 a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before and after the nodes run; latencies
 in T are by the mean of both. Start: to the first result. The stages of `age` add up to the latency. --points
@@ -20,7 +20,7 @@ import sys
 import time
 import xmlrpc.client
 from pathlib import Path
-from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterable, List, Mapping, Optional, Tuple
 
 import numpy as np
 import psutil
@@ -46,10 +46,9 @@ PEOPLE_3D = '/openpose_ros/skeleton_3d/detected_poses_3d'
 TIMING = '/skeleton_extract_3d_node/timing'
 START_TIMEOUT = 240.0
 TOTALS = ('total', 'age')  # sums of stages
-MADE_DEPTH = f'{NAMESPACE}/depth_registered'
 # Points for the chain: arguments of people.launch.
 POINTS = {'depth_image': [f'depth:={NAMESPACE}/image_depth_rect'], 'point_cloud': [],
-          'cloud_to_depth': [f'depth:={MADE_DEPTH}/image_rect']}
+          'cloud_to_depth': [f'depth:={NAMESPACE}/depth_registered/image_rect']}
 
 
 def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
@@ -97,28 +96,13 @@ def node_process(name: str) -> psutil.Process:
     return psutil.Process(node.getPid(rospy.get_name())[2])
 
 
-class Watched(NamedTuple):
-    """Results of nodes in some seconds.
+def watch_nodes(session: Session, command: List[str], options: argparse.Namespace) -> Tuple[
+        Dict[str, object], np.ndarray, np.ndarray]:
+    """Start nodes, watch their results for a while after they have warmed up, and end them.
 
-    Attributes:
-        start: from their start to the first result [s].
-        arrivals, latencies, people: time [s], delay [s] and people of each result.
-        processor, memory: of each node [% of a core], [MB].
-        stages: mean of each stage [ms].
+    Returns:
+        Cells of a row; latency [s] and number of people of each result.
     """
-
-    start: float
-    seconds: float
-    arrivals: np.ndarray
-    latencies: np.ndarray
-    people: np.ndarray
-    processor: Dict[str, float]
-    memory: Dict[str, float]
-    stages: Dict[str, float]
-
-
-def watch_nodes(session: Session, command: List[str], options: argparse.Namespace) -> Watched:
-    """Start nodes, and watch their results for a while after they have warmed up; end them."""
     watch, began = ResultWatch(PEOPLE_3D, PersonDetection_3dArray), time.monotonic()
     nodes = session.start('nodes', command)
     wait_for(lambda: watch.arrivals, START_TIMEOUT, 'first results', nodes)
@@ -133,21 +117,25 @@ def watch_nodes(session: Session, command: List[str], options: argparse.Namespac
     last, seconds = len(watch.arrivals), time.monotonic() - begin
     processor = {node: process.cpu_percent() for node, process in processes.items()}
     memory = {node: process.memory_info().rss / 1e6 for node, process in processes.items()}
-    stages = rospy.wait_for_message(TIMING, Timing, START_TIMEOUT)
+    timing = rospy.wait_for_message(TIMING, Timing, START_TIMEOUT)
     watch.stop()
     session.stop(nodes)
-    series = (np.array(getattr(watch, name)[first:last]) for name in ('arrivals', 'latencies', 'people'))
-    return Watched(start, seconds, *series, processor, memory, {stage.stage: stage.mean for stage in stages.stages})
+    latencies, people = np.array(watch.latencies[first:last]), np.array(watch.people[first:last])
+    late = 1e3 * np.percentile(latencies, (50, 95))
+    means = {stage.stage: stage.mean for stage in timing.stages
+             if np.isfinite(stage.mean) and stage.stage not in TOTALS}
+    return {'results [Hz]': round(len(people) / seconds, 1),
+            'latency median / 95 % [ms]': ' / '.join(f'{value:.0f}' for value in late),
+            'sum of the stages': round(sum(means.get(name, 0.0) for name in AGE_STAGES)),
+            'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
+            'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(people))),
+            'processor [% of a core]': by_node(processor), 'memory [MB]': by_node(memory),
+            'start [s]': round(start, 1)}, latencies, people
 
 
 def by_node(values: Mapping[str, float]) -> str:
     """Return a figure of each node as text."""
     return ', '.join(f'{name.strip("/")} {value:.0f}' for name, value in values.items())
-
-
-def median_and_95(seconds: Sequence[float]) -> str:
-    """Return median and 95th percentile of times [s] in ms, as text."""
-    return ' / '.join(f'{1e3 * value:.0f}' for value in np.percentile(seconds, (50, 95))) if len(seconds) else '-'
 
 
 def worth_reading(log: Path) -> Iterable[str]:
@@ -156,48 +144,35 @@ def worth_reading(log: Path) -> Iterable[str]:
             if any(word in line for word in ('networks may take', 'WARN', 'ERROR')))
 
 
-def figures_of(seen: Watched, unit: float) -> Dict[str, object]:
-    """Return the cells of the nodes in a row; `unit` is T [ms]."""
-    means = {name: value for name, value in seen.stages.items() if np.isfinite(value) and name not in TOTALS}
-    return {'results [Hz]': round(len(seen.arrivals) / seen.seconds, 1),
-            'latency median / 95 % [ms]': median_and_95(seen.latencies),
-            'in T': ' / '.join(f'{value:.2f}' for value in 1e3 * np.percentile(seen.latencies, (50, 95)) / unit),
-            'sum of the stages': round(sum(means.get(name, 0.0) for name in AGE_STAGES)),
-            'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
-            'frames with 0, 1, ... people': ', '.join(map(str, np.bincount(seen.people))),
-            'processor [% of a core]': by_node(seen.processor), 'memory [MB]': by_node(seen.memory),
-            'start [s]': round(seen.start, 1)}
-
-
-def measure_all(session: Session, folder: Path, arguments: argparse.Namespace
-                ) -> List[Tuple[Dict[str, object], Watched]]:
-    """Measure all rows and print each; return their cells and what was seen."""
+def measure_all(session: Session, folder: Path, arguments: argparse.Namespace) -> List[Tuple[
+        Dict[str, object], np.ndarray, np.ndarray]]:
+    """Measure all rows and print each; return their cells, and latency [s] and number of people of each result."""
     rospy.init_node('live', disable_signals=True)
     unit, measured = Unit(), []
-    sequences = {path.name: path for path in arguments.folder or ()} or {
-        people: DEMO if people == 2 else make_crowd(folder / f'crowd_{people}', [people])
-        for people in arguments.people}
-    for points, rate, (people, sequence) in itertools.product(arguments.points, arguments.rates, sequences.items()):
+    for points, rate, people in itertools.product(arguments.points, arguments.rates, arguments.people):
+        sequence = DEMO if people == 2 else make_crowd(folder / f'crowd_{people}', [people])
         before = unit.milliseconds()
         children = [start_camera(session, make_bag(sequence, folder / 'camera.bag'), rate)]
         if points == 'cloud_to_depth':
-            children.append(session.start('cloud_to_depth', [
-                'roslaunch', 'openpose_ros_bringup', 'nodelets.launch', 'cloud_to_depth:=true']))
-        seen = watch_nodes(session, ['roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false',
-                                     f'target_rate:={rate}', *POINTS[points], *arguments.launch], arguments)
+            children.append(session.start(points, ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch',
+                                                   'cloud_to_depth:=true']))
+        cells, *seen = watch_nodes(session, [
+            'roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false', f'target_rate:={rate}',
+            *POINTS[points], *arguments.launch], arguments)
         for child in reversed(children):
             session.stop(child)
         after = unit.milliseconds()
-        row = {'camera [Hz]': rate, 'people': people, 'points': points, 'T [ms]': f'{before:.0f} - {after:.0f}',
-               **figures_of(seen, (before + after) / 2)}
-        measured.append((row, seen))
+        in_unit = 1e3 * np.percentile(seen[0], (50, 95)) / ((before + after) / 2)
+        row = {'camera [Hz]': rate, 'people': people, 'points': points, **cells,
+               'T [ms]': f'{before:.0f} - {after:.0f}', 'in T': ' / '.join(f'{value:.2f}' for value in in_unit)}
+        measured.append((row, *seen))
         print(' | '.join(map(str, row.values())), *worth_reading(folder / 'nodes.log'), sep='\n', flush=True)
     return measured
 
 
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
     """Measure all rows and print the table."""
-    rows = [row for row, _ in measure_all(session, folder, arguments)]
+    rows = [row for row, *_ in measure_all(session, folder, arguments)]
     print('\n' + markdown([[*rows[0]], *(row.values() for row in rows)]), flush=True)
     return []
 
@@ -208,10 +183,13 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--rates', type=float, nargs='+', default=[10.0, 15.0, 30.0], help='of the camera [Hz]')
     parser.add_argument('--people', type=int, nargs='+', default=[1, 2, 5, 8], choices=range(1, 9), metavar='1..8')
     parser.add_argument('--points', nargs='+', choices=POINTS, default=['depth_image', 'point_cloud'])
-    parser.add_argument('--folder', type=Path, nargs='+', help='sequence folders to play instead of --people')
     parser.add_argument('--seconds', type=float, default=15.0, help='to measure a row (default %(default)s)')
     parser.add_argument('--warm-up', type=float, default=5.0, help='before that [s] (default %(default)s)')
-    return parser.parse_live()
+    parser.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file, anywhere')
+    named = [text for text in sys.argv[1:] if ':=' in text]
+    arguments = parser.parse_args([text for text in sys.argv[1:] if text not in named])
+    arguments.launch = named
+    return arguments
 
 
 if __name__ == '__main__':

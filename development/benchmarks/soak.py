@@ -23,7 +23,7 @@ import time
 from argparse import Namespace
 from contextlib import suppress
 from pathlib import Path
-from typing import Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Set, Tuple
 
 import numpy as np
 import pandas as pd
@@ -107,19 +107,16 @@ class Sampler:
         """Sample until a time since the begin [s]."""
         while time.monotonic() < self._began + seconds:
             for node in self.samples:
-                self._sample(node)
+                try:
+                    if node not in self._processes:
+                        self._processes[node] = node_process(node)
+                        self.lives[node] += 1
+                    process = self._processes[node]
+                    self.samples[node].append((time.monotonic() - self._began, process.memory_full_info().uss / 1e6,
+                                               process.num_threads(), process.num_fds()))
+                except (OSError, psutil.Error):  # it was killed and is not there again
+                    self._processes.pop(node, None)
             time.sleep(max(min(self._period, self._began + seconds - time.monotonic()), 0.0))
-
-    def _sample(self, node: str) -> None:
-        try:
-            if node not in self._processes:
-                self._processes[node] = node_process(node)
-                self.lives[node] += 1
-            process = self._processes[node]
-            self.samples[node].append((time.monotonic() - self._began, process.memory_full_info().uss / 1e6,
-                                       process.num_threads(), process.num_fds()))
-        except (OSError, psutil.Error):  # it was killed and is not there again
-            self._processes.pop(node, None)
 
 
 def recorded(folder: Path) -> Dict[str, pd.DataFrame]:
@@ -211,8 +208,8 @@ class Soak:
         self._diagnostics = Diagnostics()
         (folder / 'bags').mkdir()
 
-    def run(self) -> None:
-        """Start everything, and let it run."""
+    def run(self) -> List[str]:
+        """Start everything, let it run and print what was measured; return the faults."""
         nodes = self._start_nodes()
         for chain in CHAINS:
             self._start_camera(chain)
@@ -222,14 +219,9 @@ class Soak:
         self._clients = [Client(f'/{chain.extractor}', timeout=START_TIMEOUT) for chain in CHAINS]
         self._sampler = Sampler([*ONE.nodes, *TWO.nodes, KILLED], self._seconds / SAMPLES)
         self._began, cycle_seconds = rospy.get_rostime().to_nsec(), self._seconds / self._cycles
-        events: Sequence[Tuple[float, Callable[[int], None]]] = (
-            (0.05, self._kill_service), (0.20, self._restart_cameras), (0.35, self._change_parameters),
-            (0.45, self._visitors_come), (0.60, lambda _: os.killpg(self._visitors.pid, signal.SIGSTOP)),
-            (0.65, self._visitors_go))
         for cycle in range(self._cycles):
-            for share, event in events:  # events that took longer than planned are late
+            for share in self._disturb(cycle):  # disturbances that took longer than planned are late
                 self._sampler.wait_until((cycle + share) * cycle_seconds)
-                event(cycle)
         self._sampler.wait_until(self._seconds)
         self._ended = rospy.get_rostime().to_nsec()
         for camera in self._cameras.values():
@@ -237,6 +229,7 @@ class Soak:
         await_true(self._all_is_counted, 'the counters rest', START_TIMEOUT)
         for child in reversed(nodes):
             self._session.stop(child)
+        return self._report()
 
     def _start_nodes(self) -> List[subprocess.Popen]:
         return [self._session.start(name, command) for name, command in {
@@ -257,11 +250,12 @@ class Soak:
         self._cameras[chain] = start_camera(self._session, self._bag, chain.rate, stamps, (chain.camera, chain.topics),
                                             topics=TOPICS['depth_image'])
 
-    def _kill_service(self, _: int) -> None:
+    def _disturb(self, cycle: int) -> Iterator[float]:
+        """Disturb the chains; yield the share of the cycle at which the next disturbance is due."""
+        yield 0.05
         with suppress(OSError):  # it is not there again since it was killed: the account tells
             node_process(KILLED).kill()
-
-    def _restart_cameras(self, cycle: int) -> None:
+        yield 0.20
         for camera in self._cameras.values():
             if cycle % 2:
                 os.killpg(camera.pid, signal.SIGKILL)
@@ -269,23 +263,22 @@ class Soak:
         time.sleep(CAMERA_PAUSE)
         for chain in CHAINS:
             self._start_camera(chain)
-
-    def _change_parameters(self, cycle: int) -> None:
+        yield 0.35
         for client in self._clients:
             before = client.get_configuration()
             changed = {name: value for name, value in PARAMETERS[cycle % len(PARAMETERS)].items() if name in before}
             client.update_configuration(changed)
             time.sleep(1.0)
             client.update_configuration({name: before[name] for name in changed})
-
-    def _visitors_come(self, cycle: int) -> None:
-        self._visitors = self._session.start(f'visitors_{cycle}', ['rostopic', 'hz', *EVERYTHING])
-        self._slow = rospy.Subscriber(ONE.results('detected_poses_image'), Image, lambda _: time.sleep(0.5))
-
-    def _visitors_go(self, _: int) -> None:
-        self._slow.unregister()
-        os.killpg(self._visitors.pid, signal.SIGKILL)
-        self._session.stop(self._visitors)
+        yield 0.45
+        visitors = self._session.start(f'visitors_{cycle}', ['rostopic', 'hz', *EVERYTHING])
+        slow = rospy.Subscriber(ONE.results('detected_poses_image'), Image, lambda _: time.sleep(0.5))
+        yield 0.60
+        os.killpg(visitors.pid, signal.SIGSTOP)
+        yield 0.65
+        slow.unregister()
+        os.killpg(visitors.pid, signal.SIGKILL)
+        self._session.stop(visitors)
 
     def _all_is_counted(self) -> bool:
         def counts() -> List[int]:
@@ -295,8 +288,7 @@ class Soak:
         time.sleep(3.0)
         return before == counts()
 
-    def report(self) -> List[str]:
-        """Print what was measured; return the faults."""
+    def _report(self) -> List[str]:
         results, faults = recorded(self._folder / 'bags'), []
         frames = [['chain', 'sent', 'came', 'answered', 'dropped, counted', 'age: median', '95 %', 'worst [s]']]
         for chain in CHAINS:
@@ -324,9 +316,7 @@ class Soak:
 
 def measure(session: Session, folder: Path, arguments: Namespace) -> List[str]:
     """Run the chains; return what has failed."""
-    soak = Soak(session, folder, arguments.minutes)
-    soak.run()
-    return soak.report()
+    return Soak(session, folder, arguments.minutes).run()
 
 
 if __name__ == '__main__':

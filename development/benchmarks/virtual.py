@@ -19,17 +19,17 @@ import sys
 from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from chain_runs import BEGIN, VISIBLE, WORK, CountedNetwork, CountedNetworks, camera_poses, open_sequence, read_truth
+from chain_runs import BEGIN, WORK, CountedNetworks, camera_poses, open_sequence
 from common import DEMO, Parser, markdown
+from ground_truth import VISIBLE, true_frames
 from openpose_ros_pkg.command_line import add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detection import NextPart
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
-from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.stream.frame_loop import FrameQueue, Taken
 from scoring.people import found_of, pair
@@ -58,27 +58,15 @@ class Machine:
         self.now += seconds * self.slow * (self.load if self.now % PERIOD < BUSY else 1.0)
 
 
-class VirtualNetwork(CountedNetwork):
-    """A network whose work advances the clock of a machine."""
-
-    def __init__(self, model: str, network: Backend, machine: Machine) -> None:
-        super().__init__(network)
-        self._model, self._machine = model, machine
-
-    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
-        pixels = sum(image.shape[0] * image.shape[1] * image.shape[2] for image in images)
-        single = self._model == 'movenet_thunder' and sum(map(len, images)) == 1
-        self._machine.work(START + T * WORK[self._model] * pixels * (SINGLE_CROP if single else 1.0))
-        return super().infer_many(images)
-
-
 class VirtualNetworks(CountedNetworks):
-    """Networks of a machine."""
+    """Networks whose work advances the clock of a machine."""
 
     machine = Machine()
 
-    def counted(self, name: str, network: Backend) -> CountedNetwork:
-        return VirtualNetwork(name, network, self.machine)
+    def count(self, name: str, images: Sequence[np.ndarray]) -> None:
+        pixels = sum(image.shape[0] * image.shape[1] * image.shape[2] for image in images)
+        single = name == 'movenet_thunder' and sum(map(len, images)) == 1
+        self.machine.work(START + T * WORK[name] * pixels * (SINGLE_CROP if single else 1.0))
 
 
 class Chains:
@@ -162,16 +150,12 @@ def counted(moments: Sequence[Moment], answers: Sequence[Answer], tell: bool = F
 
 def moments_of(folder: Path) -> List[Moment]:
     """Return the frames of a sequence."""
-    sequence, (truth, order) = open_sequence(folder), read_truth(folder)
-    poses, moments = camera_poses(folder, sequence), []
+    sequence, poses, moments = open_sequence(folder), camera_poses(folder), []
     moves = (poses != poses[0]).any()
-    for one, pose, there in zip(sequence, poses, truth['frames']):
-        joints = [(np.array(person['xyz'])[order], np.array(person['vis'])[order] == VISIBLE)
-                  for person in there['people']]
+    for one, pose, true in zip(sequence, poses, true_frames(folder)):
         frame = Frame('', BEGIN, one.bgr, DepthImage(one.depth, sequence.camera),
                       tracking_from_points=(pose[:3, :3], pose[:3, 3]) if moves else None)
-        moments.append(Moment(frame) if not joints else Moment(
-            frame, [person['id'] for person in there['people']], *map(np.array, zip(*joints))))
+        moments.append(Moment(frame, true.ids, true.xyz, true.labels == VISIBLE))
     return moments
 
 
@@ -204,7 +188,7 @@ class Tally:
     """Counts what answers tell: `sums`; `events` of the newest moment as text."""
 
     def __init__(self) -> None:
-        self.sums: Counter = Counter()
+        self.sums = Counter(lost=0, plain=0, ghosts=0, found=0, switches=0, kept=0, returned=0)
         self.events: List[str] = []
         self._people: Dict[int, Person] = {}
         self._owners: Dict[int, int] = {}  # the last person of each id; 0: none
@@ -258,24 +242,6 @@ def row_of(name: Sequence[object], sums: Counter, latencies: Sequence[float]) ->
             ' / '.join(f'{value:.2f}' for value in np.percentile(latencies, (50, 95)))]
 
 
-def measure(chains: Chains, arguments: Any) -> None:
-    """Print a table: a row for each run, and one for all."""
-    rows, total, every = [], Counter(), []
-    for folder in arguments.sequences:
-        moments = moments_of(folder)
-        for rate, slow, load in itertools.product(arguments.rates, arguments.slow, arguments.loads):
-            played = passes(moments, rate, arguments.passes, arguments.black, arguments.light)
-            answers = play(chains.new(slow, load), chains.machine, played)
-            sums = counted(played, answers, arguments.tell)
-            latencies = [answer.latency / T / slow for answer in answers]
-            rows.append(row_of((folder.resolve().name, f'{rate:g}', f'{slow:g}', f'{load:g}'), sums, latencies))
-            print(*rows[-1], sep=' | ', flush=True)
-            unreported = max(total['unreported'], sums['unreported'])
-            total.update(sums)
-            total['unreported'], every = unreported, [*every, *latencies]
-    print('\n' + markdown([TITLES, *rows, row_of(('all', '', '', ''), total, every)]))
-
-
 def main() -> int:
     """Run the benchmark from the command line; return the exit status."""
     parser = Parser(__doc__)
@@ -291,7 +257,21 @@ def main() -> int:
     parser.add_argument('--tell', action='store_true', help='print each loss, ghost and switch')
     add_settings(parser, 'of the chain')
     arguments = parser.parse_args()
-    measure(Chains(build(ChainSettings, setting_values(parser, arguments.settings))), arguments)
+    chains = Chains(build(ChainSettings, setting_values(parser, arguments.settings)))
+    rows, total, every = [], Counter(), []
+    for folder in arguments.sequences:
+        moments = moments_of(folder)
+        for rate, slow, load in itertools.product(arguments.rates, arguments.slow, arguments.loads):
+            played = passes(moments, rate, arguments.passes, arguments.black, arguments.light)
+            answers = play(chains.new(slow, load), chains.machine, played)
+            sums = counted(played, answers, arguments.tell)
+            latencies = [answer.latency / T / slow for answer in answers]
+            rows.append(row_of((folder.resolve().name, f'{rate:g}', f'{slow:g}', f'{load:g}'), sums, latencies))
+            print(*rows[-1], sep=' | ', flush=True)
+            unreported = max(total['unreported'], sums['unreported'])
+            total.update(sums)
+            total['unreported'], every = unreported, [*every, *latencies]
+    print('\n' + markdown([TITLES, *rows, row_of(('all', '', '', ''), total, every)]))
     return 0
 
 

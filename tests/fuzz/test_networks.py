@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from fuzzing import mutated, spoiled, survives, written
 from openpose_ros_pkg.decode.boxes import decode_boxes
-from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.direct import DirectThresholds, decode_direct
+from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends.compiled_cache import CompiledCache
 from openpose_ros_pkg.networks.model_registry import MODELS
@@ -21,7 +22,7 @@ from openpose_ros_pkg.networks.model_types import skeleton_of
 from openpose_ros_pkg.networks.network_file import Graph, recognized
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.networks.tfjs import frozen_graph
-from openpose_ros_pkg.networks.weights_install import zip_member
+from openpose_ros_pkg.networks.weights_install import archive_member
 from openpose_ros_pkg.people import People2D
 
 KERNEL = np.ones((1, 1, 3, 8), np.float16)
@@ -82,7 +83,7 @@ ZIP, BOMB = zip_with(end2end=bytes(range(256)) * 20, other=b'other'), zip_with(e
 @given(mutated(ZIP, BOMB))
 def test_member_of_a_zip_file(tmp_path_factory, content):
     path = written(tmp_path_factory, 'net.zip', content)
-    found = survives(zip_member, path, 'end2end.onnx', 1 << 20, size=len(content),
+    found = survives(archive_member, path, 'end2end.onnx', 1 << 20, size=len(content),
                      errors=(ModelError,), memory=32 << 20)
     assert found is None or len(found) <= 1 << 20
 
@@ -106,7 +107,7 @@ FORMS = (('movenet_multipose', 17, lambda n: [(n, 56)]), ('movenet_singlepose', 
          ('rtmo', 17, lambda n: [(n, 5), (n, 17, 3)]), ('yolo_pose', 17, lambda n: [(56, n + 1)]),
          ('yolo_pose', 17, lambda n: [(n, 57)]), ('simcc', 17, lambda n: [(17, 64), (17, 48)]),
          ('simcc', 133, lambda n: [(133, 64), (133, 48)]), ('yolox', 17, lambda n: [(n, 5), (n,)]),
-         ('yolox', 17, lambda n: [(62, 85)]))
+         ('yolox', 17, lambda n: [(62, 85)]), ('paf', 17, lambda n: [(57, 6, 8)]))
 ODD = st.sampled_from((np.nan, np.inf, -np.inf, 0.0, 1e30, -1e30, 1e-30, 89.0, -89.0))
 
 
@@ -125,9 +126,10 @@ def test_numbers_that_networks_give(form, people, seed, scale, odd):
         boxes, scores = survives(decode_boxes, outputs, 0.0, size, size=1 << 16)
         assert np.isfinite(boxes).all() and ((scores > 0) & (scores <= 1)).all()
         return
-    model = replace(MODELS['rtmo_m'], decoder=decoder, points=points, skeleton=skeleton_of(points))
+    model = replace(MODELS['mobilenet_thin'], decoder=decoder, points=points, skeleton=skeleton_of(points))
     with np.errstate(all='ignore'):
-        poses = survives(decode_direct, outputs, model, DirectDecodeParams(), ImageToNet(size, size, size),
-                         size=1 << 16)
+        poses = (survives(decode_fields, outputs[0], model, DecodeParams(), size=1 << 16) if decoder == 'paf' else
+                 survives(decode_direct, outputs, model, DirectThresholds(), ImageToNet(size, size, size),
+                          size=1 << 16))
     found = People2D(model.skeleton, poses.keypoints, poses.scores, np.full(len(poses.scores), -1), points=poses.points)
     assert found.present.any(axis=1).all() and np.isfinite(found.scores).all()

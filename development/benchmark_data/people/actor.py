@@ -97,8 +97,8 @@ class Actor:
             x=hip[0], y=hip[1], hip_z=hip[2], root=self._root(t),
             yaw=self.place.yaw + float(self.turn(t)) + sway(10, t, 1.0),
             feet={side: self._foot(side, sign, t) for side, sign in SIDES},
-            wrists={side: (self._wrist(side, sign, t), self.elbow[side](t), float(self.wrist_weight[side](t)))
-                    for side, sign in SIDES if side in self.wrist},
+            wrists={side: (self.world(*self.wrist[side](t) * [sign, 1, 1]), self.elbow[side](t),
+                           float(self.wrist_weight[side](t))) for side, sign in SIDES if side in self.wrist},
             fingers={side: self._fingers(side, t) for side in 'LR'})
         pose = pose._replace(hands=self._hands(pose.yaw, t))
         for gesture in self.gestures:
@@ -109,10 +109,6 @@ class Actor:
         outward, forward, up, pitch, follows, bend = self.feet[side](t)
         return Foot(self.world(sign * outward, forward, up + self.sole), self.knee[side](t), float(pitch),
                     follows=float(follows), bend=float(bend))
-
-    def _wrist(self, side: str, sign: float, t: float) -> np.ndarray:
-        outward, forward, up = self.wrist[side](t)
-        return self.world(sign * outward, forward, up)
 
     def _hands(self, yaw: float, t: float) -> Dict[str, Tuple[np.ndarray, np.ndarray, float]]:
         hands = {}

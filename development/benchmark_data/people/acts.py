@@ -16,15 +16,14 @@ SEAT_BEHIND_FEET = 0.43  # [m]
 _LONG = 60.0  # [s] longer than any sequence
 
 
-def sitting_hip(rig: Rig, seat: float = SEAT) -> float:
+def sitting_hip(rig: Rig) -> float:
     """Return the height of the hip joints on a seat, as a share of the standing one: flesh and clothes are between."""
     weight = rig.body.spec.weight
     flesh = (0.095 + 0.05 * max(weight - 0.45, 0)) * max(rig.body.stature / 1.7, 0.8)
-    return (seat + flesh) / rig.standing_hip
+    return (SEAT + flesh) / rig.standing_hip
 
 
-def sit(rig: Rig, place: Place, seed: int, intervals: Sequence[Tuple[float, float]], end: float = _LONG,
-        **options: Any) -> Actor:
+def sit(rig: Rig, place: Place, seed: int, intervals: Sequence[Tuple[float, float]], **options: Any) -> Actor:
     """Stand before a chair, and sit on it in intervals (settled [s]); labels sit and stand say when."""
     sitting, half = sitting_hip(rig), RISE / 2
     hip: List[Tuple[float, Any]] = []
@@ -42,14 +41,14 @@ def sit(rig: Rig, place: Place, seed: int, intervals: Sequence[Tuple[float, floa
             add(start - RISE, 0, 3)
             add(start - half, 0.48, 32)
             add(start, 1, 3)
-        if stop < end:
+        if stop < _LONG:
             add(stop, 1, 3)
             add(stop + half, 0.52, 34)
             add(stop + RISE, 0, 3)
-        labels.append(Gesture(max(start, 0), min(stop, end), 'sit'))
+        labels.append(Gesture(max(start, 0), min(stop, _LONG), 'sit'))
         standing_since = stop + RISE
-    if standing_since < end:
-        labels.append(Gesture(standing_since, end, 'stand'))
+    if standing_since < _LONG:
+        labels.append(Gesture(standing_since, _LONG, 'stand'))
     keys = dict(hip=hip, feet={side: [(0, (0.15, 0.02, ANKLE, 0))] for side in 'LR'}, knee=((0, (0.25, 1, 0.3)),),
                 **options.pop('keys', {}))
     gestures = labels + list(options.pop('gestures', ()))
@@ -68,8 +67,7 @@ def work(rig: Rig, place: Place, seed: int, height: float, sitting: bool, edge: 
     wrist = {side: [(t, (rng.uniform(0.08, 0.24), edge + rng.uniform(0.10, 0.24), height + 0.05 + rng.uniform(0, 0.10)))
                     for t in np.arange(-0.5, 6, 0.55)] for side in 'LR'}
     direction = {side: [(0, (-0.25, 1, -0.1), (0, 0, -1), 0.8)] for side in 'LR'}
-    keys = {'wrist': wrist, 'hand_direction': direction, 'elbow': ((0, (0.8, -0.5, -0.6)),),
-                'hands': {side: [(0, 'relax')] for side in 'LR'}}
+    keys = {'wrist': wrist, 'hand_direction': direction, 'elbow': ((0, (0.8, -0.5, -0.6)),)}
     head_pitch = [(0, 18), (1.2, 24), (2.0, 8), (3.0, 20)]
     if sitting:
         return sit(rig, place, seed, [(-1, _LONG)], keys=keys, head_pitch=head_pitch)
@@ -192,8 +190,7 @@ def hand_over(rigs: Tuple[Rig, Rig], middle: Tuple[float, float, float], seed: i
     return actors
 
 
-def shake_and_hug(rigs: Tuple[Rig, Rig], middle: Tuple[float, float], seed: int, shake_height: float = 1.02
-                  ) -> List[Actor]:
+def shake_and_hug(rigs: Tuple[Rig, Rig], middle: Tuple[float, float], seed: int) -> List[Actor]:
     """Return two who shake hands (0.35-1.15 s) and hug (2.0 s on); the first stands left and looks right."""
     apart, near = 0.4, 0.165
     x, y = middle
@@ -209,7 +206,7 @@ def shake_and_hug(rigs: Tuple[Rig, Rig], middle: Tuple[float, float], seed: int,
                        late in (('R', 0.0), ('L', 0.1))}
         keys = ActorKeys(
             hip=hip, feet=feet,
-            wrist=_hug_wrists(apart, 2 * apart - step + 0.085, other.body.stature * 0.8, shake_height),
+            wrist=_hug_wrists(apart, 2 * apart - step + 0.085, other.body.stature * 0.8),
             wrist_weight={'R': [(0, 0.3), (0.3, 1)], 'L': [(0, 0.2), (1.1, 0.3), (1.5, 1)]},
             elbow=[(0, (0.7, -0.6, -0.8)), (1.2, (0.7, -0.6, -0.8)), (1.8, (1, 0.1, -0.5))],
             hand_direction={side: _hug_hands(float(side == 'R')) for side in 'LR'},
@@ -220,9 +217,9 @@ def shake_and_hug(rigs: Tuple[Rig, Rig], middle: Tuple[float, float], seed: int,
     return actors
 
 
-def _hug_wrists(apart: float, behind: float, shoulder: float, shake: float) -> Dict[str, List[Tuple[Any, ...]]]:
+def _hug_wrists(apart: float, behind: float, shoulder: float) -> Dict[str, List[Tuple[Any, ...]]]:
     """Return wrist key frames: `behind` is how far the back of the other is, `shoulder` its height."""
-    reach = apart - 0.082
+    reach, shake = apart - 0.082, 1.02
     right = [(0, (0.26, 0.12, 0.95)), *((0.35 + 0.15 * k, (0.022, reach, shake + up)) for k, up in enumerate(
         (0, 0.05, -0.04, 0.05, -0.03))), (1.15, (0.03, apart - 0.09, shake)),
         (1.55, (0.34, apart * 0.95, shoulder - 0.02)),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse import coo_matrix, csr_matrix, vstack
 from scipy.sparse.csgraph import connected_components
 
 from .garments import Garment, offsets_in_metres, read_garment
@@ -20,6 +20,7 @@ FEET = [f'{side}_{part}' for side in ('left', 'right') for part in ('big_toe', '
 SKIN_VERTICES = 13380  # those of MakeHuman's base mesh below this index are skin, the others are helpers
 BASE_VERTICES = 19158
 SCALP_ABOVE_EYES = 0.075  # [m] skin above this height is covered by hair
+GARMENTS = Path(os.environ.get('MH_BASE', 'makehuman-assets/base'))  # MakeHuman's
 Color = Tuple[float, float, float]
 
 
@@ -79,10 +80,8 @@ class AnnyModel(NamedTuple):
 def anny_model() -> AnnyModel:
     """Load the model.
 
-    Raises
-    ------
-    ImportError
-        This is not the environment for rendering.
+    Raises:
+        ImportError: this is not the environment for rendering.
     """
     import anny
     model = anny.Anny(topology='makehuman-full')
@@ -97,12 +96,6 @@ def anny_model() -> AnnyModel:
     return AnnyModel(model, row_of, {bone: i for i, bone in enumerate(model.bone_labels)},
                      [int(parent) for parent in model.bone_parents], skinning, key_points,
                      model.get_triangular_faces().numpy())
-
-
-def _rest_shape(phenotype: Dict[str, float]) -> Dict[str, np.ndarray]:
-    """Return Anny's output without a pose: rest_vertices, rest_bone_poses, bone_poses and so on."""
-    output = anny_model().model(phenotype_kwargs=phenotype)
-    return {name: value[0].detach().numpy() for name, value in output.items()}
 
 
 class Body:
@@ -135,7 +128,7 @@ class Body:
         for kind, name in (('outfit', spec.outfit), ('shoes', spec.shoes), ('hair', spec.hair)):
             if not name:
                 continue
-            garment = read_garment(garment_folder() / ('hair' if kind == 'hair' else 'clothes') / name)
+            garment = read_garment(GARMENTS / ('hair' if kind == 'hair' else 'clothes') / name)
             rows = anny.row_of[[row for row in garment.hidden if row < BASE_VERTICES]]
             hidden[rows[rows >= 0]] = True
             corners = anny.row_of[garment.corners]
@@ -157,7 +150,7 @@ class Body:
             Material('skin', Cloth(spec.skin), spec.hair_color, self.key_points['nose'], eyes))))
         self.rest = np.concatenate([*parts, vertices])
         self.faces, self.face_materials = np.concatenate(faces), np.concatenate(face_materials)
-        self.skinning = _stack([*weights, anny.skinning])
+        self.skinning = vstack([*weights, anny.skinning]).tocsr()
         self.is_skin = is_skin
         self._keep_surface()
 
@@ -167,7 +160,8 @@ class Body:
         low, high = 0.0, 1.0
         for _ in range(9):
             phenotype['height'] = (low + high) / 2
-            shape = _rest_shape(phenotype)
+            output = anny_model().model(phenotype_kwargs=phenotype)
+            shape = {name: value[0].detach().numpy() for name, value in output.items()}
             tall = np.ptp(shape['rest_vertices'][anny_model().row_of[:SKIN_VERTICES], 2])
             low, high = (phenotype['height'], high) if tall < stature else (low, phenotype['height'])
         return shape
@@ -210,11 +204,6 @@ class Body:
         self.faces, self.rest, self.skinning = renumbered[self.faces], self.rest[used], self.skinning[used]
 
 
-def garment_folder() -> Path:
-    """Return the folder of MakeHuman's garments (variable MH_BASE)."""
-    return Path(os.environ.get('MH_BASE', 'makehuman-assets/base'))
-
-
 def skin(bones: np.ndarray, skinning: csr_matrix, rest: np.ndarray) -> np.ndarray:
     """Return the (V, 3) vertices moved by (bones, 4, 4) transforms."""
     blended = (skinning @ bones[:, :3].reshape(-1, 12)).reshape(-1, 3, 4)
@@ -227,8 +216,3 @@ def _bone_weights(corners: np.ndarray, weights: np.ndarray, skinning: csr_matrix
     sixth = np.partition(dense, -6, axis=1)[:, -6:-5]
     dense[dense < sixth] = 0
     return csr_matrix(dense / dense.sum(1, keepdims=True))
-
-
-def _stack(matrices: List[csr_matrix]) -> csr_matrix:
-    from scipy.sparse import vstack
-    return vstack(matrices).tocsr()

@@ -33,10 +33,8 @@ class Garment(NamedTuple):
 def read_garment(folder: Path) -> Garment:
     """Read the first .mhclo of a folder, and its .obj.
 
-    Raises
-    ------
-    FileNotFoundError
-        There is no such garment.
+    Raises:
+        FileNotFoundError: there is no such garment.
     """
     files = sorted(folder.glob('*.mhclo'))
     if not files:

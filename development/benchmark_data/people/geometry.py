@@ -8,8 +8,6 @@ from typing import Sequence, Tuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-AXES = {'x': (1, 0, 0), 'y': (0, 1, 0), 'z': (0, 0, 1)}
-
 
 def unit(vector: Sequence[float]) -> np.ndarray:
     vector = np.asarray(vector, float)

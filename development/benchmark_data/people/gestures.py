@@ -1,5 +1,5 @@
 """Labelled gestures: what they do to a pose, and pointing at a target."""
-from typing import Any, Dict, NamedTuple, Tuple
+from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
@@ -119,20 +119,3 @@ def _point(rig: Rig, pose: Pose, gesture: Gesture, weight: float) -> Pose:
 def eye_of(joints: np.ndarray) -> np.ndarray:
     """Return the middle between the eyes (3,)."""
     return 0.5 * (joints[COCO18.index('right_eye')] + joints[COCO18.index('left_eye')])
-
-
-def gesture_truth(gesture: Gesture, joints: np.ndarray) -> Dict[str, Any]:
-    """Return label, arm, target and true rays of a gesture (world frame); directions are unit vectors."""
-    truth: Dict[str, Any] = {'label': gesture.label}
-    if gesture.label in ('sit', 'stand', 'arms_crossed'):
-        return truth
-    arm = truth['arm'] = {'R': 'right', 'L': 'left'}[gesture.arm]
-    if gesture.label != 'point':
-        return truth
-    wrist, target = joints[COCO18.index(f'{arm}_wrist')], np.array(gesture.target)
-    truth.update(target_name=gesture.target_name, style=gesture.style, target_world=target)
-    for name, origin in (('shoulder_wrist', joints[COCO18.index(f'{arm}_shoulder')]), ('eye_wrist', eye_of(joints))):
-        direction = unit(wrist - origin)
-        off = np.rad2deg(np.arccos(np.clip(direction @ unit(target - origin), -1, 1)))
-        truth[name] = {'origin': origin, 'direction': direction, 'off_target_deg': round(float(off), 2)}
-    return truth

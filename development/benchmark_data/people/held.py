@@ -54,7 +54,10 @@ class Holder:
     def __init__(self, rig: Rig, mover: Any, thing: str, left: Keys, right: Keys = ()) -> None:
         self.rig, self.mover, self.thing = rig, mover, THINGS[thing]
         self.hands = {'L': track(left), 'R': track(right or left)}
-        squares = _sheet_squares() if not self.thing.boxes else np.arange(24 * len(self.thing.boxes)).reshape(-1, 4)
+        corners = np.arange(SHEET[1] * SHEET[0]).reshape(SHEET[::-1])
+        squares = np.stack([corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]], -1).reshape(-1, 4)
+        if self.thing.boxes:
+            squares = np.arange(24 * len(self.thing.boxes)).reshape(-1, 4)
         faces = squares[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
         self.mesh = Mesh(self._shape(0.0), faces, np.zeros(len(faces), int), [Material('cloth', self.thing.cloth)])
 
@@ -88,10 +91,3 @@ class Holder:
         folds = 0.018 * np.sin(7 * across + phase) * np.sqrt(down) + 0.05 * down * np.sin(phase + 1.3 * down)
         sag = 0.05 * (1 - across ** 2) * (1 - down)
         return np.stack([across * width / 2 * (1 - 0.12 * down), folds, 0.03 - height * down - sag], 1)
-
-
-def _sheet_squares() -> np.ndarray:
-    """Return the corners of the squares of a sheet, (N, 4)."""
-    columns, rows = SHEET
-    first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
-    return np.stack([first, first + 1, first + columns + 1, first + columns], 1)

@@ -74,7 +74,7 @@ class Rig:
     def __init__(self, body: Body) -> None:
         anny = anny_model()
         self.body, self.bones, self.parents = body, anny.bones, anny.parents
-        self.heads = body.reference[:, :3, 3].copy()
+        self.heads, self.rest_heads = body.reference[:, :3, 3].copy(), np.linalg.inv(body.rest_inverse)[:, :, 3]
         self.hip = 0.5 * (self._head('upperleg01.L') + self._head('upperleg01.R'))
         self.segments = {
             side: {name: self._head(f'{end}.{side}') - self._head(f'{start}.{side}') for name, start, end in (
@@ -85,15 +85,12 @@ class Rig:
         self.leg = self.lengths['L']['thigh'] + self.lengths['L']['shin']
         self.hands = {side: self._hand_axes(side) for side, _ in SIDES}
         self.tips: Dict[Tuple[int, str], np.ndarray] = {}
-        self.sole = float(self._head('foot.L')[2] - self._surface_at_rest()[:, 2].min())  # ankle above the sole
+        surface = skin(body.reference @ body.rest_inverse, body.skinning, body.rest)
+        self.sole = float(self._head('foot.L')[2] - surface[:, 2].min())  # ankle above the sole
         self.standing_hip = float(self.hip[2] - self._head('foot.L')[2]) * 0.985 + 0.085  # with shoes
 
     def _head(self, bone: str) -> np.ndarray:
         return self.heads[self.bones[bone]]
-
-    def _surface_at_rest(self) -> np.ndarray:
-        bones = self.body.reference @ self.body.rest_inverse
-        return skin(bones, self.body.skinning, self.body.rest)
 
     def _hand_axes(self, side: str) -> Tuple[np.ndarray, np.ndarray]:
         """Return finger direction and palm normal; the palm looks where the fingers curl in the reference pose."""
@@ -105,17 +102,6 @@ class Rig:
         return fingers, unit(normal - fingers * (normal @ fingers))
 
     # ---- forward kinematics ---------------------------------------------------------------------------------
-
-    def _forward(self, turns: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-        """Return (bones, 3, 3) rotations against the reference and (bones, 3) heads for the turns of all bones."""
-        rotations, heads = np.empty_like(turns), np.empty_like(self.heads)
-        for i, parent in enumerate(self.parents):
-            if parent < 0:
-                rotations[i], heads[i] = turns[i], self.heads[i]
-            else:
-                rotations[i] = rotations[parent] @ turns[i]
-                heads[i] = heads[parent] + rotations[parent] @ (self.heads[i] - self.heads[parent])
-        return rotations, heads
 
     def _chain(self, turns: np.ndarray, bone: str) -> Tuple[np.ndarray, np.ndarray]:
         chain: List[int] = []
@@ -149,7 +135,8 @@ class Rig:
         for attempt in range(3):
             self._reach(turns, pose, (to_world, pivot, offset))
             bones = self._to_world(turns, (to_world, pivot, offset))
-            lowest = self._lowest(bones)
+            rows = self.body.skinning @ bones[:, 2]
+            lowest = float(((rows[:, :3] * self.body.rest).sum(1) + rows[:, 3]).min())
             if (pose.hip_z is not None and lowest > -FLOOR_TOLERANCE) or attempt == 2:
                 break
             offset = offset - [0, 0, lowest]
@@ -158,14 +145,16 @@ class Rig:
                 break
         return self._posed(bones)
 
-    def _lowest(self, bones: np.ndarray) -> float:
-        rows = self.body.skinning @ bones[:, 2]
-        return float(((rows[:, :3] * self.body.rest).sum(1) + rows[:, 3]).min())
-
     def _to_world(self, turns: np.ndarray, frame: Tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
-        """Return the (bones, 4, 4) transforms from the rest pose to the world."""
+        """Return the (bones, 4, 4) transforms from the rest pose to the world, for the turns of all bones."""
         to_world, pivot, offset = frame
-        rotations, heads = self._forward(turns)
+        rotations, heads = np.empty_like(turns), np.empty_like(self.heads)
+        for i, parent in enumerate(self.parents):
+            if parent < 0:
+                rotations[i], heads[i] = turns[i], self.heads[i]
+            else:
+                rotations[i] = rotations[parent] @ turns[i]
+                heads[i] = heads[parent] + rotations[parent] @ (self.heads[i] - self.heads[parent])
         bones = np.tile(np.eye(4), (len(heads), 1, 1))
         bones[:, :3, :3] = to_world @ rotations @ self.body.reference[:, :3, :3]
         bones[:, :3, 3] = (heads - pivot) @ to_world.T + offset
@@ -174,8 +163,7 @@ class Rig:
     def _posed(self, bones: np.ndarray) -> Posed:
         body = self.body
         joints = body.regressor @ skin(bones, body.regressed_skinning, body.regressed_rest)
-        rest_heads = np.linalg.inv(body.rest_inverse)[:, :, 3]
-        shoulders = {side: (bones[i] @ rest_heads[i])[:3] for side, i in (
+        shoulders = {side: (bones[i] @ self.rest_heads[i])[:3] for side, i in (
             (side, self.bones[f'upperarm01.{side}']) for side, _ in SIDES)}
         return Posed(joints[:18], joints[18:], shoulders, bones)
 
@@ -275,7 +263,7 @@ class Rig:
 
     def hand_points(self, posed: Posed) -> np.ndarray:
         """Return the (2, 21, 3) points of right and left hand [m], world: joint centres, tips inside the finger end."""
-        heads = np.einsum('nij,nj->ni', posed.bones, np.linalg.inv(self.body.rest_inverse)[:, :, 3])[:, :3]
+        heads = np.einsum('nij,nj->ni', posed.bones, self.rest_heads)[:, :3]
         points = np.zeros((2, 21, 3))
         for hand, side in enumerate('RL'):
             points[hand, 0] = heads[self.bones[f'wrist.{side}']]

@@ -7,6 +7,7 @@ from typing import Dict, NamedTuple, Tuple, Type, Union
 
 import cv2
 import numpy as np
+from scipy.special import ndtri
 
 from .camera import Intrinsics
 from .renderer import Frame
@@ -130,7 +131,7 @@ class StructuredLight(DepthSensor):
         dice = self.smooth_noise(size, 0.8)
         invalid = edge & (rng.random(size, np.float32) < self.EDGE_DROPOUT)
         invalid |= (frame.cosine < self.GRAZING) & (dice > -0.5)
-        invalid |= frame.dark & (self.smooth_noise(size, 1.5) > float(_quantile(self.DARK_DROPOUT)))
+        invalid |= frame.dark & (self.smooth_noise(size, 1.5) > ndtri(1 - self.DARK_DROPOUT))
         invalid |= dice > 3.2 - 0.25 * depth.clip(0, 8)  # single losses, more with the distance
         invalid |= _shadow(exact, self.fx * model.baseline, (0, 40))
         return _store(measured * 1000, invalid, model.nearest, model.farthest)
@@ -190,19 +191,14 @@ class Stereo(DepthSensor):
         invalid = product / nearest - product / exact > self.STEP
         holes = self.smooth_noise(size, 6.0)
         far = self.FAR_HOLES * ((exact - self.FAR_FROM) / (self.FAR_TO - self.FAR_FROM)).clip(0, 1)
-        invalid |= holes > _quantile(self.raw * (far + self.HOLES) + np.where(frame.dark, self.DARK_HOLES, 0))
+        share = self.raw * (far + self.HOLES) + np.where(frame.dark, self.DARK_HOLES, 0)
+        invalid |= holes > ndtri(1 - share)  # what a standard normal value exceeds with this probability
         invalid |= (frame.cosine < 0.15) & (holes > 0)
         invalid |= _shadow(exact, self.fx * model.baseline, (0, 40))
         return _store(measured * 1000, invalid, model.nearest, model.farthest)
 
 
 SENSORS: Dict[str, Type[DepthSensor]] = {sensor.name: sensor for sensor in (KinectV2, StructuredLight, Stereo)}
-
-
-def _quantile(share: Union[float, np.ndarray]) -> np.ndarray:
-    """Return the value that a standard normal one exceeds with this probability."""
-    from scipy.special import ndtri
-    return ndtri(1 - share)
 
 
 def _edges(depth: np.ndarray, least: float, per_metre: float) -> np.ndarray:

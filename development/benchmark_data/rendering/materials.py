@@ -6,13 +6,20 @@ import numpy as np
 from ..people.body import SCALP_ABOVE_EYES, Cloth, Material
 
 
-def is_dark(materials: List[Material]) -> np.ndarray:
-    """Return (M,) whether a material reflects little infrared: hair and black cloth (every channel below 50)."""
-    return np.array([material.kind == 'hair' or max(material.cloth.color) < 50 for material in materials])
+def is_dark(materials: List[Material], which: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return (N,) whether points (N, 3) in the rest pose of materials[which] reflect little infrared.
+
+    That is hair, also on the skin, and black cloth (every channel below 50).
+    """
+    dark = np.array([material.kind == 'hair' or max(material.cloth.color) < 50 for material in materials])[which]
+    for k, material in enumerate(materials):
+        if material.kind == 'skin':
+            here = np.flatnonzero(which == k)
+            dark[here] = _is_scalp(material, points[here])
+    return dark
 
 
-def is_scalp(material: Material, points: np.ndarray) -> np.ndarray:
-    """Return (N,) whether points of the skin in the rest pose are below hair."""
+def _is_scalp(material: Material, points: np.ndarray) -> np.ndarray:
     return points[:, 2] > material.eyes[0, 2] + SCALP_ABOVE_EYES
 
 
@@ -78,5 +85,5 @@ def _skin(material: Material, p: np.ndarray) -> np.ndarray:
         blob(np.add(eye, (0, 0, 0.0066)), (0.016, 0.05, 0.0016), skin * 0.25, 0.8, 4)
         blob(np.array([eye[0] * 1.35, nose[1], nose[2] - 0.005]), (0.022, 0.06, 0.018), skin * [1.02, 0.84, 0.82], 0.45)
     colors[front] = painted
-    colors[head[is_scalp(material, p[head])]] = hair
+    colors[head[_is_scalp(material, p[head])]] = hair
     return colors

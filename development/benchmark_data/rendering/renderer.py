@@ -166,9 +166,9 @@ class Renderer:
             depth[here], ids[here] = hits.depth, scene.person[hits.faces]
             cosine[here] = np.abs(_dot(hits.normals, self.rays[here])) / self.ray_lengths[here]
             rest = np.einsum('nk,nki->ni', hits.weights, scene.rest[scene.faces[hits.faces]])
-            dark[here] = _dark(scene, hits.faces, rest)
             surface = np.full(len(depth), -1)
             surface[here] = scene.material[hits.faces]
+            dark[here] = materials.is_dark(scene.materials, surface[here], rest)
             room = flat.copy()
             flat[here] = self._shade(scene, hits, self.rays[here], rest)
             self._smooth_edges(scene, color, room, surface.reshape(self.size))
@@ -239,16 +239,6 @@ class Renderer:
         samples = np.tile(room[pixels], (4, 1))
         samples[hits.rays] = self._shade(scene, hits, rays[hits.rays], rest)
         color.reshape(-1, 3)[pixels] = samples.reshape(4, -1, 3).mean(0)
-
-
-def _dark(scene: _People, faces: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    which = scene.material[faces]
-    dark = materials.is_dark(scene.materials)[which]
-    for k, material in enumerate(scene.materials):
-        if material.kind == 'skin':
-            here = np.flatnonzero(which == k)
-            dark[here] = materials.is_scalp(material, rest[here])
-    return dark
 
 
 def _towards_camera(normals: np.ndarray, rays: np.ndarray) -> np.ndarray:

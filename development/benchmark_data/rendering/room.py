@@ -7,6 +7,7 @@ from ..people.geometry import rotation
 from . import textures
 
 BEHIND_CAMERA = -1.5  # [m] y of the front wall
+CORNERS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 Point = Sequence[float]
 
 
@@ -49,10 +50,7 @@ class Room:
     def __init__(self, seed: int, depth: float = 5.6, left: float = -3.4, right: float = 3.4, height: float = 2.8
                  ) -> None:
         self.rng = np.random.default_rng(seed)
-        self.quads: List[np.ndarray] = []
-        self.coordinates: List[np.ndarray] = []
-        self.texture_of: List[int] = []
-        self.is_furniture: List[bool] = []
+        self.quads: List[Tuple[np.ndarray, np.ndarray, int, bool]] = []  # corners, coordinates, texture, furniture
         self.textures: List[np.ndarray] = []
         self.notes: List[str] = []
         self.boxes: List[Box] = []  # furniture
@@ -82,10 +80,8 @@ class Room:
 
     def quad(self, corners: Sequence[Point], texture: int, repeat: Tuple[float, float] = (1, 1),
              furniture: bool = False) -> None:
-        self.quads.append(np.array(corners, float))
-        self.coordinates.append(np.array([[0, repeat[1]], repeat, [repeat[0], 0], [0, 0]], float))
-        self.texture_of.append(texture)
-        self.is_furniture.append(furniture)
+        coordinates = np.array([[0, repeat[1]], repeat, [repeat[0], 0], [0, 0]], float)
+        self.quads.append((np.array(corners, float), coordinates, texture, furniture))
 
     def upright(self, x: float, y: float, z: float, width: float, height: float, texture: int) -> None:
         """Add a rectangle that faces the camera, its lower left corner at x, y, z."""
@@ -106,6 +102,11 @@ class Room:
         if furniture:
             self.boxes.append(Box(centre[0], centre[1], sx, sy, yaw, centre[2], centre[2] + sz))
 
+    def part(self, at: Point, offset: Point, size: Point, texture: int, yaw: Optional[float] = None) -> None:
+        """Add a box of furniture, its base at an offset in the frame at (x, y, yaw); `yaw`: a turn of its own."""
+        x, y, turn = at
+        self.box(np.array([x, y, 0]) + rotation('z', turn) @ offset, size, texture, turn if yaw is None else yaw)
+
     # ---- furniture --------------------------------------------------------------------------------------------
 
     def table(self, x: float, y: float, size: Point, yaw: float = 0.0, solid: bool = False) -> None:
@@ -118,10 +119,9 @@ class Room:
                      self.wood(self.wood_color()), yaw)
         else:
             self.box((x, y, height - 0.04), (width, depth, 0.04), texture, yaw)
-            for i in (-1, 1):
-                for j in (-1, 1):
-                    leg = rotation('z', yaw) @ [i * (width / 2 - 0.05), j * (depth / 2 - 0.05), 0]
-                    self.box((x + leg[0], y + leg[1], 0), (0.06, 0.06, height - 0.04), texture, yaw)
+            for i, j in CORNERS:
+                self.part((x, y, yaw), (i * (width / 2 - 0.05), j * (depth / 2 - 0.05), 0), (0.06, 0.06, height - 0.04),
+                          texture)
         self.notes.append(f"{'counter' if solid else 'table'} {width:.2f}x{depth:.2f}x{height:.2f} m "
                           f'at ({x:.2f},{y:.2f})')
 
@@ -129,26 +129,20 @@ class Room:
         """Add small boxes on the half of a table that is away from +depth of its own frame."""
         width, depth, height = size
         for _ in range(count):
-            place = rotation('z', yaw) @ [self.rng.uniform(-0.42, 0.42) * width, self.rng.uniform(-0.38, 0.0) * depth,
-                                          0]
-            self.box((x + place[0], y + place[1], height),
-                     self.rng.uniform([0.06, 0.06, 0.05], [0.26, 0.18, 0.22]),
-                     self.plain(self.rng.uniform(30, 230, 3), 4, 32), self.rng.uniform(0, 90))
+            place = (self.rng.uniform(-0.42, 0.42) * width, self.rng.uniform(-0.38, 0.0) * depth, height)
+            self.part((x, y, yaw), place, self.rng.uniform([0.06, 0.06, 0.05], [0.26, 0.18, 0.22]),
+                      self.plain(self.rng.uniform(30, 230, 3), 4, 32), self.rng.uniform(0, 90))
 
     def chair(self, x: float, y: float, yaw: float, height: float = 0.45, color: Optional[Point] = None) -> None:
         """Add a chair with its seat at (x, y); yaw as of the person who sits on it."""
         texture = self.plain(self.rng.uniform(40, 200, 3) if color is None else color, 5)
         wood = self.wood((120, 84, 56))
         self.box((x, y, height - 0.08), (0.44, 0.42, 0.08), texture, yaw)
+        for i, j in CORNERS:
+            self.part((x, y, yaw), (i * 0.19, j * 0.18, 0), (0.045, 0.045, height - 0.08), wood)
+        self.part((x, y, yaw), (0, 0.235, height + 0.08), (0.44, 0.04, 0.36), wood)
         for i in (-1, 1):
-            for j in (-1, 1):
-                leg = rotation('z', yaw) @ [i * 0.19, j * 0.18, 0]
-                self.box((x + leg[0], y + leg[1], 0), (0.045, 0.045, height - 0.08), wood, yaw)
-        back = rotation('z', yaw) @ [0, 0.235, 0]
-        self.box((x + back[0], y + back[1], height + 0.08), (0.44, 0.04, 0.36), wood, yaw)
-        for i in (-1, 1):
-            post = rotation('z', yaw) @ [i * 0.19, 0.235, 0]
-            self.box((x + post[0], y + post[1], height - 0.08), (0.045, 0.04, 0.2), wood, yaw)
+            self.part((x, y, yaw), (i * 0.19, 0.235, height - 0.08), (0.045, 0.04, 0.2), wood)
         self.notes.append(f'chair, seat {height:.2f} m, at ({x:.2f},{y:.2f})')
 
     def target(self, place: Point, size: float, color: Point) -> None:
@@ -264,7 +258,7 @@ class Room:
 
     def mesh(self) -> Mesh:
         """Return all quads as triangles."""
-        count = len(self.quads)
-        faces = (np.arange(count)[:, None, None] * 4 + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
-        return Mesh(np.concatenate(self.quads), faces, np.concatenate(self.coordinates),
-                    np.repeat(self.texture_of, 2), np.repeat(self.is_furniture, 2))
+        corners, coordinates, texture_of, furniture = zip(*self.quads)
+        faces = (np.arange(len(corners))[:, None, None] * 4 + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+        return Mesh(np.concatenate(corners), faces, np.concatenate(coordinates), np.repeat(texture_of, 2),
+                    np.repeat(furniture, 2))

@@ -1,4 +1,6 @@
 """What people do in random scenes: a stage that is filled with places, movers and furniture."""
+from functools import partial
+from types import SimpleNamespace
 from typing import Any, Callable, Dict, FrozenSet, List, Sequence, Set, Tuple
 
 import numpy as np
@@ -76,17 +78,15 @@ def stand(stage: Stage, turning: bool = False) -> None:
         head_yaw=stage.glances(), stance=rng.uniform(0.04, 0.10)), stage.seed()))
 
 
-def turn(stage: Stage) -> None:
-    stand(stage, turning=True)
+turn = partial(stand, turning=True)
 
 
-def walk_along(stage: Stage, start: Tuple[float, float], end: Tuple[float, float], speed: float, wait: float = 0.0
-               ) -> None:
+def walk_along(stage: Stage, start: Tuple[float, float], end: Tuple[float, float], speed: float) -> None:
     """Walk from start to end, then stand."""
     yaw = heading(end[0] - start[0], end[1] - start[1])
     arms = stage.idle_arms() if stage.rng.random() < 0.3 else {}
     stage.movers.append(Motion(stage.next_rig(), MotionKeys(
-        walk([start, end], speed, wait), [(0, yaw)], arms, head_yaw=stage.glances()), stage.seed()))
+        walk([start, end], speed), [(0, yaw)], arms, head_yaw=stage.glances()), stage.seed()))
 
 
 def walk_somewhere(stage: Stage) -> None:
@@ -146,16 +146,6 @@ def kneel(stage: Stage) -> None:
         bool(rng.random() < 0.4), bool(rng.random() < 0.4)))
 
 
-class _Shifted:
-    """A mover whose time is shifted and stretched."""
-
-    def __init__(self, mover: Any, start: float, rate: float) -> None:
-        self.mover, self.start, self.rate = mover, start, rate
-
-    def at(self, t: float) -> Any:
-        return self.mover.at(self.start + self.rate * t)
-
-
 def lie(stage: Stage) -> None:
     """Lie down, lie, or get up from lying."""
     rng = stage.rng
@@ -163,7 +153,7 @@ def lie(stage: Stage) -> None:
     actor = acts.lie_down(stage.next_rig(), Place(x, y, rng.uniform(-180, 180)), stage.seed(),
                           int(rng.choice([-1, 1])), rng.uniform(0.9, 1.2))
     start, rate = ((0.0, 0.62), (1.35, 0.08), (1.4, 0.65), (0.0, 1.0))[int(rng.integers(0, 4))]
-    stage.movers.append(_Shifted(actor, start, rate))
+    stage.movers.append(SimpleNamespace(at=lambda t: actor.at(start + rate * t)))
 
 
 # ---- what people do with each other --------------------------------------------------------------------------------

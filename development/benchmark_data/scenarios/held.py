@@ -1,4 +1,5 @@
 """Sequences of people who hold something before them: a sheet of cloth, a box, a tray, the handle of a trolley."""
+from functools import partial
 from typing import Any, Callable, Dict, NamedTuple, Tuple
 
 from ..people.held import Holder
@@ -64,5 +65,4 @@ def _scene(name: str, plan: Plan) -> Scene:
                  frames=FRAMES)
 
 
-SCENARIOS: Dict[str, Callable[[], Scene]] = {
-    name: (lambda name=name, plan=plan: _scene(name, plan)) for name, plan in PLANS.items()}  # type: ignore[misc]
+SCENARIOS: Dict[str, Callable[[], Scene]] = {name: partial(_scene, name, plan) for name, plan in PLANS.items()}

@@ -1,5 +1,5 @@
 """Random scenes from a plan: people are arranged, furniture and cameras placed, until nothing is in each other."""
-from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Callable, Dict, List, Sequence, Tuple
 
 import numpy as np
 
@@ -11,10 +11,9 @@ from ..people.geometry import heading
 from ..people.gestures import RAMP, Gesture
 from ..people.rig import Rig
 from ..rendering.camera import Camera
-from ..rendering.depth_sensors import SENSORS
 from ..sequence import FPS, Scene, fixed
 from .actions import ACTIONS, DURATION, FRAMES, OTHERS, Stage, stand, walk_somewhere
-from .plan import Plan, describe
+from .plan import Plan, describe, own_intrinsics
 
 ATTEMPTS = 60
 NEAREST_JOINT = 0.9  # [m] from the camera
@@ -33,20 +32,11 @@ class ArrangementError(RuntimeError):
     """No attempt gave a scene."""
 
 
-class Signaller(NamedTuple):
-    """A person who makes gestures: where, and which lines the pointing arm is held on."""
-
-    place: Place
-    style: str
-
-
 def build_scene(plan: Plan) -> Scene:
     """Return the first scene in which no two people, and no person and furniture, are in each other, and all are seen.
 
-    Raises
-    ------
-    ArrangementError
-        No arrangement was found.
+    Raises:
+        ArrangementError: no arrangement was found.
     """
     rigs = [Rig(Body(person)) for person in plan.people]
     problem = ''
@@ -159,41 +149,39 @@ def shown(camera: Camera, points: np.ndarray, others: Sequence[Tuple[np.ndarray,
 
 def _arrange_signallers(stage: Stage) -> Dict[str, np.ndarray]:
     """Let people make gestures for six seconds, stand and sit; return the targets of pointing."""
-    signallers = [Signaller(_facing_camera(stage), str(stage.rng.choice(['shoulder', 'eye']))) for _ in stage.rigs]
-    targets = _targets(stage, signallers)
-    for signaller in signallers:
-        stage.movers.append(_signal(stage, signaller, targets))
-    return targets
-
-
-def _facing_camera(stage: Stage) -> Place:
-    x, y = stage.place(2.4, 3.4, 1.5, 0.6)
-    return Place(x, y, float(np.clip(stage.rng.normal(-15 * np.sign(x), 18), -45, 45)))
-
-
-def _targets(stage: Stage, signallers: Sequence[Signaller]) -> Dict[str, np.ndarray]:
-    rng, targets = stage.rng, {}
+    rng, people, targets = stage.rng, [], {}
+    for _ in stage.rigs:
+        x, y = stage.place(2.4, 3.4, 1.5, 0.6)
+        facing = float(np.clip(rng.normal(-15 * np.sign(x), 18), -45, 45))
+        people.append((Place(x, y, facing), str(rng.choice(['shoulder', 'eye']))))
     for name, color in TARGET_COLORS.items():
         for _ in range(100):
             place = rng.uniform([-2.3, 1.5, 0.1], [2.3, 3.3, 2.1])
-            if all(np.hypot(*(place[:2] - signaller.place[:2])) > 0.95 for signaller in signallers) and \
+            if all(np.hypot(*(place[:2] - person[:2])) > 0.95 for person, _ in people) and \
                     all(np.hypot(*(place[:2] - other[:2])) > 0.5 for other in targets.values()):
                 break
         else:
             raise ValueError('no place for a target')
         targets[name] = np.round(place, 3)
         stage.room.target(targets[name], rng.uniform(0.13, 0.18), color)
+    for place, style in people:
+        stage.movers.append(_signal(stage, place, style, targets))
     return targets
 
 
-def _signal(stage: Stage, signaller: Signaller, targets: Dict[str, np.ndarray]) -> Actor:
-    """Return a person who makes gestures one after the other; two thirds also sit down or rise."""
-    rng, place = stage.rng, signaller.place
-    rig = stage.rigs[len(stage.movers)]
-    when = rng.uniform(1.3, 4.8)
-    intervals = [[], [(-1.0, when)], [(when, 60.0)]][int(rng.integers(0, 3))]
-    busy = [(when - acts.RISE - RAMP, when + RAMP) if intervals[0][1] > 10 else (when - RAMP, when + acts.RISE + RAMP)
-            ] if intervals else []
+def _signal(stage: Stage, place: Place, style: str, targets: Dict[str, np.ndarray]) -> Actor:
+    """Return a person who makes gestures one after the other; two thirds also sit down or rise.
+
+    style: of pointing, see `Gesture`.
+    """
+    rng, rig = stage.rng, stage.next_rig()
+    when, rise = rng.uniform(1.3, 4.8), acts.RISE
+    # when a person sits, when that changes, and the arms at rest: of those who stand, rise, sit down
+    intervals, busy, arms = (
+        ([], [], [(0, 'down')]),
+        ([(-1.0, when)], [(when - RAMP, when + rise + RAMP)], [(0, 'lap'), (when, 'lap'), (when + rise, 'down')]),
+        ([(when, 60.0)], [(when - rise - RAMP, when + RAMP)], [(0, 'down'), (when - rise, 'down'), (when, 'lap')]),
+    )[int(rng.integers(0, 3))]
     gestures: List[Gesture] = []
     deck: List[str] = []
     start = rng.uniform(0.3, 0.6)
@@ -205,36 +193,25 @@ def _signal(stage: Stage, signaller: Signaller, targets: Dict[str, np.ndarray]) 
             start = max(clash)
             continue
         deck = deck or [str(name) for name in rng.permutation([*ONE_HANDED, 'point', 'point', 'arms_crossed'])]
-        gestures.append(_gesture(stage, signaller, targets, (start, end, deck.pop())))
+        gestures.append(_gesture(rng, place, targets, Gesture(start, end, deck.pop(), style=style)))
         start = end + rng.uniform(0.65, 0.95)
-    arms = _rest_of_arms(intervals, when)
     actor = acts.sit(rig, place, stage.seed(), intervals, arms={'R': arms, 'L': arms}, gestures=gestures)
     if intervals:
         stage.room.chair(*acts.seat_of(actor), place.yaw)
     return actor
 
 
-def _rest_of_arms(intervals: Sequence[Tuple[float, float]], when: float) -> List[Tuple[float, str]]:
-    if not intervals:
-        return [(0, 'down')]
-    if intervals[0][1] > 10:
-        return [(0, 'down'), (when - acts.RISE, 'down'), (when, 'lap')]
-    return [(0, 'lap'), (when, 'lap'), (when + acts.RISE, 'down')]
-
-
-def _gesture(stage: Stage, signaller: Signaller, targets: Dict[str, np.ndarray], slot: Tuple[float, float, str]
-             ) -> Gesture:
-    rng, (start, end, label) = stage.rng, slot
+def _gesture(rng: np.random.Generator, place: Place, targets: Dict[str, np.ndarray], gesture: Gesture) -> Gesture:
+    """Return a gesture with what is drawn for it."""
     arm = str(rng.choice(['R', 'R', 'L']))
-    if label == 'point':
-        able = [(name, side) for name in targets for side in 'LR'
-                if POINTING_ANGLES[0] < _outward_angle(signaller.place, targets[name], side) < POINTING_ANGLES[1]]
-        if not able:
-            raise ValueError('no target in reach')
-        name, arm = able[int(rng.integers(0, len(able)))]
-        return Gesture(start, end, label, arm, target=tuple(targets[name].tolist()), target_name=name,
-                       style=signaller.style)
-    return Gesture(start, end, label, arm, rate=rng.uniform(1.6, 2.6), size=rng.uniform(0.8, 1.1))
+    if gesture.label != 'point':
+        return gesture._replace(arm=arm, rate=rng.uniform(1.6, 2.6), size=rng.uniform(0.8, 1.1))
+    able = [(name, side) for name in targets for side in 'LR'
+            if POINTING_ANGLES[0] < _outward_angle(place, targets[name], side) < POINTING_ANGLES[1]]
+    if not able:
+        raise ValueError('no target in reach')
+    name, arm = able[int(rng.integers(0, len(able)))]
+    return gesture._replace(arm=arm, target=tuple(targets[name].tolist()), target_name=name)
 
 
 def _outward_angle(place: Place, target: np.ndarray, side: str) -> float:
@@ -249,13 +226,10 @@ def _cameras_around(stage: Stage) -> List[Callable[[int], Camera]]:
     """Return three cameras, each with intrinsics of its own, that look at (0, 3.1) from the front and both sides."""
     stage.room.front_wall()
     rng, cameras = stage.rng, []
-    base: Any = SENSORS[stage.plan.view.sensor].intrinsics
     for degrees in (0.0, 70.0, -70.0):
         bearing, distance = degrees + rng.uniform(-12, 12), rng.uniform(3.1, 3.6)
         height = rng.uniform(0.9, 2.2)
-        focal = base.fx * rng.uniform(0.985, 1.015)
-        intrinsics = base._replace(fx=focal, fy=focal, cx=base.cx + rng.uniform(-4, 4), cy=base.cy + rng.uniform(-4, 4))
-        angle = np.deg2rad(bearing)
+        intrinsics, angle = own_intrinsics(rng, stage.plan.view.sensor), np.deg2rad(bearing)
         cameras.append(Camera(intrinsics, height, float(np.rad2deg(np.arctan2(height - 0.9, distance))),
                               -distance * np.sin(angle), 3.1 - distance * np.cos(angle), -bearing))
     if not all(stage.room.contains(camera.origin, 0.1) for camera in cameras):

@@ -6,7 +6,7 @@ import json
 import re
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple, Sequence
+from typing import Any, Dict, List, NamedTuple, Sequence
 
 from common import ROOT, markdown
 from scoring.figures import Figure
@@ -62,15 +62,15 @@ class Options:
         return self.data[name]
 
 
-def scenes_with(options: Options, name: str, wanted: Callable[[Path], bool], truth: str = 'gt.json') -> List[Path]:
-    """Return the scenes with a file `truth` that are `wanted`: in --data NAME=FOLDER, else beside those of the report.
+def scenes_with(options: Options, name: str, key: str, truth: str = 'gt.json') -> List[Path]:
+    """Return the scenes whose truth has a key: of --data NAME=FOLDER, else beside those of the report.
 
     Raises:
         NeedsDataError: there is none.
     """
     folders = [options.data[name]] if name in options.data else sorted({scene.parent for scene in options.scenes})
     scenes = [path.parent for folder in folders for path in sorted([folder / truth, *folder.glob(f'*/{truth}')])
-              if path.is_file() and wanted(path.parent)]
+              if path.is_file() and key in json.loads(path.read_text())]
     if not scenes:
         raise NeedsDataError(f'scenes of their own: --data {name}=FOLDER')
     return scenes

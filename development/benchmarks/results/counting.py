@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence
+from typing import Any, Dict, List, NamedTuple, Optional
 
 import numpy as np
 
@@ -104,8 +104,9 @@ def _run(job: Job, path: Path) -> None:
     replace(counts, rows={**counts.rows, 'people': np.concatenate(rows)}).save(path)
 
 
-def people_of(counts: Counts, times: Sequence[float]) -> chain_runs.Frames:
+def people_of(folder: Path, counts: Counts) -> chain_runs.Frames:
     """Return the people that were found in a scene that was counted, at the true times of its frames [s]."""
-    rows = counts.rows['people']
-    return [(seconds, People3D(COCO_18, *(rows[np.abs(rows['time'] - seconds) < SAME_TIME][name]
-                                          for name in PERSON.names[1:]))) for seconds in times]
+    rows, frames = counts.rows['people'], json.loads((folder / 'gt.json').read_text())['frames']
+    return [(frame['t'], People3D(COCO_18, *(rows[np.abs(rows['time'] - frame['t']) < SAME_TIME][name]
+                                             for name in PERSON.names[1:])))
+            for frame in frames[:int(counts.sums['frames'])]]

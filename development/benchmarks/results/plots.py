@@ -16,14 +16,17 @@ def error_bars(figures: Sequence[Figure]) -> Any:
                      for figure in figures]).T.reshape(2, -1)
 
 
-def by_group(name: str, text: str, panels: Mapping[str, Mapping[str, Mapping[str, Figure]]]) -> Picture:
-    """Draw figures of groups as points with intervals, a panel each: title of the axis -> series -> group -> figure."""
-    groups = [group for series in panels.values() for each in series.values() for group in each]
-    names = list(dict.fromkeys(groups))
+def by_group(name: str, text: str, panels: Mapping[str, Mapping[str, Any]]) -> Picture:
+    """Draw figures of groups as points with intervals.
+
+    Args:
+        panels: title of an axis -> series -> (group -> name -> figure) and the name of the figures that are drawn.
+    """
+    names = list(dict.fromkeys(name for series in panels.values() for groups, _ in series.values() for name in groups))
     drawing = new_figure(4.2 * len(panels), 0.9 + 0.24 * len(names))
     for axes, (title, series) in zip(np.atleast_1d(drawing.subplots(1, len(panels), sharey=True)), panels.items()):
-        for number, (label, each) in enumerate(series.items()):
-            there = {group: figure for group, figure in each.items() if figure.value is not None}
+        for number, (label, (groups, key)) in enumerate(series.items()):
+            there = {group: each[key] for group, each in groups.items() if each[key].value is not None}
             rows = [names.index(group) + 0.18 * (number - (len(series) - 1) / 2) for group in there]
             axes.errorbar([figure.value for figure in there.values()], rows, xerr=error_bars([*there.values()]),
                           fmt='o', ms=4, lw=1, color=PALETTE[number], label=label)
@@ -37,15 +40,11 @@ def by_group(name: str, text: str, panels: Mapping[str, Mapping[str, Mapping[str
 
 
 def curves(name: str, text: str, lines: Mapping[str, Any], labels: Dict[str, str]) -> Picture:
-    """Draw curves: label -> (x, y, figures for a band or None); labels: of the axes x and y."""
+    """Draw curves: label -> (x, y); labels: of the axes x and y."""
     drawing = new_figure(5.0, 3.6)
     axes = drawing.subplots()
-    for number, (label, (x, y, band)) in enumerate(lines.items()):
-        colour = PALETTE[number]
+    for colour, (label, (x, y)) in zip(PALETTE, lines.items()):
         axes.plot(x, y, color=colour, label=label)
-        if band:
-            axes.fill_between(x, [each.low or 0 for each in band], [each.high or 0 for each in band], color=colour,
-                              alpha=0.2, lw=0)
     tidy_axes(axes, labels['x'], labels['y'])
     axes.legend(frameon=False, fontsize='small')
     return saved(drawing, name, text)

@@ -1,18 +1,17 @@
 """Average precision in images annotated as those of COCO, by object keypoint similarity; needs pycocotools."""
 import contextlib
 import copy
-import importlib
 import io
 import json
 from pathlib import Path
-from typing import Any, List
+from typing import Any
 
 import cv2
 import numpy as np
 
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.network_detection import people_in
-from openpose_ros_pkg.people import People2D, keypoints_in
+from openpose_ros_pkg.people import keypoints_in
 from openpose_ros_pkg.skeletons import COCO_17
 from results import NeedsDataError
 
@@ -29,7 +28,7 @@ def average_precision(folder: Path, detector: Detector, most: int) -> Figure:
         OSError: an image is missing.
     """
     try:
-        importlib.import_module('pycocotools')
+        from pycocotools import coco, cocoeval
     except ImportError as error:
         raise NeedsDataError('pycocotools: pip install pycocotools') from error
     annotations, results = folder / 'person_keypoints.json', []
@@ -38,32 +37,19 @@ def average_precision(folder: Path, detector: Detector, most: int) -> Figure:
         image = cv2.imread(str(folder / 'images' / entry['file_name']), cv2.IMREAD_COLOR)
         if image is None:
             raise OSError(f"{folder / 'images' / entry['file_name']} is missing or not an image")
-        results += coco_results(people_in(image, detector), entry['id'])
-    run = evaluated(annotations, results)
+        people = people_in(image, detector)
+        keypoints = np.nan_to_num(keypoints_in(people.keypoints, people.skeleton, COCO_17).astype(float))
+        keypoints[..., 2] = keypoints[..., 2] > 0  # missing joints are 0, 0, 0
+        results += [{'image_id': entry['id'], 'category_id': 1, 'keypoints': row.ravel().tolist(),
+                     'score': float(score)} for row, score in zip(keypoints, people.scores)]
+    with contextlib.redirect_stdout(io.StringIO()):
+        truth = coco.COCO(str(annotations))
+        run = cocoeval.COCOeval(truth, truth.loadRes(results), 'keypoints')
+        run.evaluate()
     number = len(run.params.imgIds)
     drawn = np.random.RandomState(SEED).randint(0, number, (RESAMPLES, number))
     ends = np.quantile([_precision(run, chosen) for chosen in drawn], ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
     return Figure(_precision(run, np.arange(number)), *map(float, ends), n=number, scenes=number)
-
-
-def coco_results(people: People2D, image_id: int) -> List[dict]:
-    """Turn people into COCO's result entries; missing joints are 0, 0, 0 there."""
-    keypoints = keypoints_in(people.keypoints, people.skeleton, COCO_17).astype(float)
-    keypoints[..., 2] = keypoints[..., 2] > 0
-    keypoints = np.nan_to_num(keypoints)
-    return [{'image_id': image_id, 'category_id': 1, 'keypoints': row.ravel().tolist(), 'score': float(score)}
-            for row, score in zip(keypoints, people.scores)]
-
-
-def evaluated(annotations: Path, results: List[dict]) -> Any:
-    """Compare results with the annotations, image by image; return pycocotools' COCOeval."""
-    from pycocotools.coco import COCO  # needs pycocotools
-    from pycocotools.cocoeval import COCOeval
-    with contextlib.redirect_stdout(io.StringIO()):
-        truth = COCO(str(annotations))
-        run = COCOeval(truth, truth.loadRes(results), 'keypoints')
-        run.evaluate()
-    return run
 
 
 def _precision(run: Any, chosen: np.ndarray) -> float:

@@ -2,7 +2,7 @@
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Callable, Dict, List, Mapping, Sequence
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Sequence, Tuple
 
 import numpy as np
 
@@ -61,6 +61,15 @@ def blocks_of(folder: Path, seconds: float = 1.0, truth: str = 'gt.json') -> Lis
     times = [frame['t'] for frame in json.loads((folder / truth).read_text())['frames']]
     edges = np.searchsorted(times, np.arange(times[0], times[-1], seconds) - 1e-6)
     return [slice(int(first), int(last)) for first, last in zip(edges, [*edges[1:], len(times)])]
+
+
+def at_times(frames: Iterable[Tuple[float, Any]], times: Sequence[float]) -> List[List[Any]]:
+    """Return what was found at each true time [s], of pairs of stamp [s] and what was found; the rest is left out."""
+    found: List[List[Any]] = [[] for _ in times]
+    for seconds, each in frames:
+        number = int(np.abs(np.asarray(times) - seconds).argmin())
+        found[number] += [each] if abs(times[number] - seconds) < SAME_TIME else []
+    return found
 
 
 def by_tag(counts: Sequence[Counts], tag: str) -> Dict[str, List[Counts]]:

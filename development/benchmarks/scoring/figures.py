@@ -5,7 +5,7 @@ ones and gives the figure; the others, drawn with replacement by a fixed seed, g
 1979). Figures of two runs on the same scenes share the draws, so the interval of their difference is paired.
 """
 from dataclasses import dataclass
-from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Sequence
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -179,8 +179,8 @@ def few_scenes(counts: Sequence[Counts], blocks: Sequence[Counts], statistics: M
             for name, figure in figures(counts, statistics, 0).items()}
 
 
-def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: Mapping[str, object],
-                resamples: int = RESAMPLES) -> Dict[str, Figure]:
+def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: Mapping[str, object]
+                ) -> Dict[str, Figure]:
     """Return how the figures change from one run to another on the same scenes, with paired intervals.
 
     Raises:
@@ -188,9 +188,28 @@ def differences(before: Sequence[Counts], after: Sequence[Counts], statistics: M
     """
     if [each.scene for each in before] != [each.scene for each in after]:
         raise ValueError('a paired difference needs the same scenes in the same order')
-    weights = draws(len(before), resamples)
+    weights = draws(len(before))
     return {name: _figure(each, each.values(after, weights) - each.values(before, weights), before)
             for name, each in statistics.items()}
+
+
+def figures_of(groups: Mapping[str, Sequence[Counts]], statistics: Mapping[str, object]
+               ) -> Dict[str, Dict[str, Figure]]:
+    """Return the figures of groups of scenes."""
+    return {group: figures(counts, statistics) for group, counts in groups.items()}
+
+
+def named(groups: Mapping[str, Mapping[str, Figure]]) -> Dict[str, Figure]:
+    """Return the figures of groups as GROUP_NAME; those of the group '' as NAME."""
+    return {f'{group}_{name}'.lstrip('_'): figure for group, each in groups.items() for name, figure in each.items()}
+
+
+def rows_of(groups: Mapping[str, Mapping[str, Figure]], names: Mapping[str, str], first: str) -> List[List[Any]]:
+    """Return the rows of a table: one for each group that has figures, one column for each name with its title."""
+    found = {title: [each[name] for name in names] for title, each in groups.items()}
+    return [[first, 'scenes', *names.values()],
+            *([title, max(figure.scenes for figure in each), *each] for title, each in found.items()
+              if any(figure.value is not None for figure in each))]
 
 
 def _figure(statistic: object, values: np.ndarray, counts: Sequence[Counts]) -> Figure:

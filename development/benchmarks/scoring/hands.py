@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
+from ground_truth import OUTSIDE
+from openpose_ros_pkg.assignment import match
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
-from .counts import SAME_TIME, WHOLE, Counts, tags_of
+from .counts import WHOLE, Counts, at_times, tags_of
 from .figures import Quantile, Ratio, of_rows, of_sums, values_of
-from .people import OUTSIDE, is_hidden, is_visible
+from .people import is_hidden, is_visible
 
 LEAST_POINTS = 5
 # Maximum median distance of a pair, in sizes of the hand; of the points of a face from the true middle [m].
@@ -51,31 +52,31 @@ class Face(NamedTuple):
     sigma: float
 
 
-Frame = Tuple[float, Sequence[Hand], Sequence[Face]]
+Frame = Tuple[float, Tuple[Sequence[Hand], Sequence[Face]]]
 
 
 def score_hands(folder: Path, frames: Iterable[Frame], part: slice = WHOLE) -> Counts:
     """Count the hands and faces of a part of the true frames of a scene; frames are given by their stamps [s]."""
     everything = json.loads((folder / 'gt.json').read_text())
     truth = everything['frames'][part]
-    times = np.array([frame['t'] for frame in truth])
-    found: List[List[Hand]] = [[] for _ in truth]
+    found: List[List[Hand]] = []
     angles: List[Tuple[float, float]] = []
-    for seconds, hands, faces in frames:
-        number = int(np.abs(times - seconds).argmin())
-        if abs(times[number] - seconds) > SAME_TIME:
-            continue
-        found[number] += hands
-        for person in truth[number]['people'] if 'face_points' in everything else ():
-            angles += _angles(dict(zip(everything['face_points'], np.array(person['face']['xyz']))), faces)
+    for frame, given in zip(truth, at_times(frames, [frame['t'] for frame in truth])):
+        found.append([hand for hands, _ in given for hand in hands])
+        for person in frame['people'] if given and 'face_points' in everything else ():
+            angles += _angles(dict(zip(everything['face_points'], np.array(person['face']['xyz']))), given[0][1])
     sums: Dict[str, float] = dict.fromkeys(('true', 'found', 'paired', 'sides'), 0)
     rows = [np.zeros(0, POINT)]
     for frame, hands in zip(truth, found):
         true = [(Hand(hand['side'] == 'left', np.array(hand['uv']), np.array(hand['xyz'])), np.array(hand['vis']))
                 for person in frame['people'] for hand in person.get('hands', ())]
         true = [(hand, labels) for hand, labels in true if (labels != OUTSIDE).sum() >= LEAST_POINTS]
-        apart = np.array([[_apart(hand, other) for other in hands] for hand, _ in true]).reshape(len(true), len(hands))
-        pairs = {row: hands[other] for row, other in zip(*linear_sum_assignment(apart)) if apart[row, other] <= GATE}
+        apart = np.full((len(true), len(hands)), 1e3)
+        for row, other in np.ndindex(*apart.shape):
+            distances = _apart(true[row][0], hands[other])
+            if np.isfinite(distances).any():
+                apart[row, other] = min(np.nanmedian(distances), 1e3)
+        pairs = {row: hands[other] for row, other in match(apart, apart <= GATE)}
         for name, count in (('true', len(true)), ('found', len(hands)), ('paired', len(pairs)),
                             ('sides', sum(true[row][0].left == other.left for row, other in pairs.items()))):
             sums[name] += count
@@ -96,13 +97,9 @@ def _angles(true: Dict[str, np.ndarray], faces: Sequence[Face]) -> List[Tuple[fl
     return [(angle, angle / np.degrees(face.sigma)) for angle, face in zip(angles, near)]
 
 
-def _size(hand: Hand) -> float:
-    return float(np.ptp(hand.uv, axis=0).max())
-
-
-def _apart(true: Hand, other: Hand) -> float:
-    distances = np.linalg.norm(true.uv - other.uv, axis=1) / _size(true)
-    return min(float(np.nanmedian(distances)), 1e3) if np.isfinite(distances).any() else 1e3
+def _apart(true: Hand, other: Hand) -> np.ndarray:
+    """Return the distances of points in the image, (21,) [hand sizes]."""
+    return np.linalg.norm(true.uv - other.uv, axis=1) / np.ptp(true.uv, axis=0).max()
 
 
 def _rows(true: Hand, labels: np.ndarray, found: Any) -> np.ndarray:
@@ -110,8 +107,7 @@ def _rows(true: Hand, labels: np.ndarray, found: Any) -> np.ndarray:
     rows['label'] = labels
     rows['error'] = rows['apart'] = rows['sigma'] = np.nan
     if found is not None:
-        rows['error'] = np.linalg.norm(true.xyz - found.xyz, axis=1)
-        rows['apart'] = np.linalg.norm(true.uv - found.uv, axis=1) / _size(true)
+        rows['error'], rows['apart'] = np.linalg.norm(true.xyz - found.xyz, axis=1), _apart(true, found)
         rows['status'], rows['sigma'] = found.status, found.sigma
     return rows
 

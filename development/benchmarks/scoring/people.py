@@ -6,25 +6,25 @@ another person, 4 furniture; 0 outside the image, which does not count. A share 
 without a position as wrong. In the world a person counts in a frame in which a camera sees one of the joints at least;
 visible are joints that a camera sees.
 """
-import json
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from ground_truth import FURNITURE, OTHER_PERSON, OUTSIDE, OWN_BODY, VISIBLE, TrueFrame, true_frames, true_world
+from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.people import values_in
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, SkeletonModel
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.track.feet import FEET
 
-from .counts import WHOLE, Counts, tags_of
+from .counts import WHOLE, Counts, at_times, tags_of
 from .figures import Quantile, Ratio, mean_of, of_rows, of_sums, values_of
 
 # Maximum median distance of the joints of a person from the true ones [m].
 GATE = 0.6
 _SIDES = np.array([[COCO_18.index[f'{side}_{joint}'] for side in ('right', 'left')] for joint in ('shoulder', 'hip')])
-OUTSIDE, OWN_BODY, VISIBLE, OTHER_PERSON, FURNITURE = range(5)
 # A visible joint is right within the first, a hidden one within the second [m].
 NEAR, NEAR_HIDDEN = 0.1, 0.15
 # One row for each joint of each true person of a frame: errors are NaN where there is no position; in the world the
@@ -33,14 +33,14 @@ JOINT = np.dtype([('joint', 'u1'), ('label', 'u1'), ('status', 'u1'), ('distance
                   ('sigma', 'f8'), ('cameras', 'u1')])
 # One row for each visible joint in three consecutive frames: error of the acceleration [m/s^2].
 ACCELERATION = np.dtype([('error', 'f8')])
-# Joints of BODY_25 that are those of COCO_18, and toes and heels.
-_BODY_ROWS, _FEET_ROWS = ([BODY_25.index[name] for name in names] for names in (COCO_18.joints, FEET))
+# Toes and heels.
+_FEET_ROWS = [BODY_25.index[name] for name in FEET]
 # Kinds of scenes in which no person lies, sits or kneels. A visible toe or heel is right within this [m].
 UPRIGHT = ('stand', 'turn', 'walk', 'cross', 'meet', 'hand_over', 'hug', 'group')
 NEAR_FOOT = 0.06
 
 # Stamp [s], from the first frame of the scene, and people of each frame.
-Frames = Iterable[Tuple[float, People3D]]
+Frames = Sequence[Tuple[float, People3D]]
 
 
 class Found(NamedTuple):
@@ -51,106 +51,53 @@ class Found(NamedTuple):
     status: np.ndarray
     sigma: np.ndarray
 
-    def part(self, joints: Sequence[int]) -> 'Found':
-        """Return the people with some of their joints."""
-        return Found(self.ids, *(values[:, joints] for values in self[1:]))
-
-
-class True3D(NamedTuple):
-    """True people of a frame: ids (P,), positions (P, K, 3) [m], labels (P, K), cameras that see each joint (P, K)."""
-
-    ids: Sequence[int]
-    xyz: np.ndarray
-    labels: np.ndarray
-    cameras: np.ndarray
-    feet: Tuple[np.ndarray, np.ndarray] = (np.zeros((0, 6, 3)), np.zeros((0, 6)))  # (P, 6, 3) [m], labels (P, 6)
-
 
 def score_people(folder: Path, frames: Frames, part: slice = WHOLE) -> Counts:
     """Count what was found in a scene.
 
     Args:
         folder: of the scene, with gt.json and meta.json.
-        frames: a frame counts for the nearest true one, within half a period.
+        frames: those at no true time count as `stray` people alone.
         part: of the true frames that count.
     """
-    truth = json.loads((folder / 'gt.json').read_text())
-    order = [truth['joints'].index(joint) for joint in COCO_18.joints]
-    true = []
-    for frame in truth['frames'][part]:
-        people = frame['people']
-        labels = np.array([person['vis'] for person in people], np.uint8).reshape(-1, len(order))[:, order]
-        feet = [person['feet'] for person in people if 'feet' in person]
-        true.append(True3D([person['id'] for person in people], _joints(people, order), labels, np.zeros_like(labels), (
-            _joints(feet, range(len(FEET))), np.array([one['vis'] for one in feet], np.uint8).reshape(-1, len(FEET)))))
-    return _score(Counts(folder.resolve().name, tags_of(folder), {}, {}),
-                  [frame['t'] for frame in truth['frames'][part]], true, frames)
+    return _score(folder, tags_of(folder), true_frames(folder)[part], frames)
 
 
 def score_world(folder: Path, frames: Frames, part: slice = WHOLE) -> Counts:
     """Count the fused people that were found in a stage, a folder with gt_world.json; see `score_people`."""
-    truth = json.loads((folder / 'gt_world.json').read_text())
-    order = [truth['joints'].index(joint) for joint in COCO_18.joints]
-    true = []
-    for frame in truth['frames'][part]:
-        people = frame['people']
-        cameras = np.array([(np.array([person['vis'][name] for name in truth['cameras']]) == VISIBLE).sum(axis=0)
-                            for person in people], int).reshape(-1, len(order))[:, order]
-        seen = np.flatnonzero(cameras.any(axis=1))
-        true.append(True3D([people[row]['id'] for row in seen], _joints(people, order)[seen],
-                           np.where(cameras[seen] > 0, VISIBLE, OWN_BODY), cameras[seen]))
-    return _score(Counts(folder.resolve().name, {'kind': 'stage'}, {}, {}),
-                  [frame['t'] for frame in truth['frames'][part]], true, frames)
+    return _score(folder, {'kind': 'stage'}, true_world(folder)[part], frames)
 
 
-def _joints(people: Sequence[Dict[str, Any]], order: Sequence[int]) -> np.ndarray:
-    return np.array([person['xyz'] for person in people], np.float64).reshape(-1, len(order), 3)[:, order]
-
-
-def _score(scene: Counts, times: Sequence[float], true: Sequence[True3D], frames: Frames) -> Counts:
-    found, stray = nearest(times, frames)
+def _score(folder: Path, tags: Dict[str, str], true: Sequence[TrueFrame], frames: Frames) -> Counts:
+    times = [frame.time for frame in true]
+    given = [next(iter(found), People3D.empty(BODY_25)) for found in at_times(frames, times)]
     sums: Dict[str, float] = dict.fromkeys(('found', 'true', 'paired', 'all_right', 'exchanged', 'sides'), 0)
     rows: List[np.ndarray] = [np.zeros(0, JOINT)]
     feet: List[np.ndarray] = [np.zeros(0, JOINT)]
     history = History()
-    for number, (there, everything) in enumerate(zip(true, found)):
-        people = everything.part(_BODY_ROWS)
+    for number, (there, everything) in enumerate(zip(true, given)):
+        people, body = found_of(everything), found_of(everything, BODY_25)
+        own_feet = Found(body.ids, *(values[:, _FEET_ROWS] for values in body[1:]))
         pairs = pair(there.xyz, there.labels == VISIBLE, people)
         for name, count in (('true', len(there.ids)), ('found', len(people.ids)), ('paired', len(pairs)),
                             ('all_right', len(pairs) == len(there.ids) == len(people.ids))):
             sums[name] += count
-        for row, (xyz, labels) in enumerate(zip(*there.feet)):
-            feet.append(joint_rows(xyz, labels, everything.part(_FEET_ROWS), pairs.get(row)))
-        for row, (xyz, labels, cameras) in enumerate(zip(*there[1:4])):
-            rows.append(joint_rows(xyz, labels, people, pairs.get(row)))
+        for row, (xyz, labels) in enumerate(zip(there.feet, there.feet_labels)):
+            feet.append(joint_rows(xyz, labels, own_feet, pairs.get(row)))
+        for row, cameras in enumerate(np.broadcast_to(there.cameras, there.labels.shape)):
+            rows.append(joint_rows(there.xyz[row], there.labels[row], people, pairs.get(row)))
             rows[-1]['cameras'] = cameras
         for row, other in pairs.items():
             sides = exchanged_sides(there.xyz[row], people.xyz[other])
             sums['exchanged'], sums['sides'] = sums['exchanged'] + int(sides.sum()), sums['sides'] + len(sides)
         history.add(number, {there.ids[row]: (there.xyz[row], there.labels[row] == VISIBLE, people, other)
                              for row, other in pairs.items()})
+    stray = sum(len(people) for _, people in frames) - sums['found']
     sums.update(frames=len(true), stray=stray, **history.sums())
     period = (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else 1.0
-    return Counts(scene.scene, scene.tags, sums,
+    return Counts(folder.resolve().name, tags, sums,
                   {'joints': np.concatenate(rows), 'feet': np.concatenate(feet),
                    'accelerations': history.accelerations(period)})
-
-
-def nearest(times: Sequence[float], frames: Frames) -> Tuple[List[Found], int]:
-    """Return what was found at each true time, in the joints of BODY_25, and the number of people at no such time."""
-    stamps = np.round(np.asarray(times) * 1e9).astype(np.int64)
-    half = np.median(np.diff(stamps)) / 2 if len(stamps) > 1 else np.inf
-    parts: List[List[People3D]] = [[] for _ in times]
-    stray = 0
-    for seconds, people in frames:
-        away = np.abs(stamps - round(seconds * 1e9))
-        if away.min() <= half:
-            parts[int(away.argmin())].append(people)
-        else:
-            stray += len(people)
-    none = People3D.empty(BODY_25)
-    return [Found(*map(np.concatenate, zip(*(found_of(people, BODY_25) for people in (none, *part)))))
-            for part in parts], stray
 
 
 def found_of(people: People3D, joints: SkeletonModel = COCO_18) -> Found:
@@ -159,18 +106,17 @@ def found_of(people: People3D, joints: SkeletonModel = COCO_18) -> Found:
                                for name, missing in (('xyz', np.nan), ('status', MISSING), ('sigma', np.nan))))
 
 
-def pair(true: np.ndarray, visible: np.ndarray, people: Found, gate: float = GATE) -> Dict[int, int]:
+def pair(true: np.ndarray, visible: np.ndarray, people: Found) -> Dict[int, int]:
     """Return the row of the found person for each true one (T, K, 3) that was found; `visible` is (T, K)."""
     there = people.status != MISSING
     errors = np.linalg.norm(true[:, np.newaxis] - people.xyz[np.newaxis].astype(np.float64), axis=3)
-    costs = np.full(errors.shape[:2], 1e3)
+    costs = np.full(errors.shape[:2], np.inf)
     for row, other in np.ndindex(*costs.shape):
         joints = there[other] & visible[row]
         joints = joints if joints.sum() >= 3 else there[other]
         if joints.any():
             costs[row, other] = np.median(errors[row, other][joints])
-    costs[costs > gate] = 1e3
-    return {int(row): int(other) for row, other in zip(*linear_sum_assignment(costs)) if costs[row, other] <= gate}
+    return dict(match(costs, costs <= GATE))
 
 
 def joint_rows(xyz: np.ndarray, labels: np.ndarray, people: Found, found: Any) -> np.ndarray:

@@ -8,11 +8,12 @@ those of the true joints.
 import zlib
 from dataclasses import replace
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Dict, List, NamedTuple, Set, Tuple
 
 import numpy as np
 
-from chain_runs import Frames, camera_poses, open_sequence, read_truth, true_people
+from chain_runs import Frames, camera_poses, open_sequence
+from ground_truth import VISIBLE, true_frames
 from openpose_ros_bridges.guard import View
 from openpose_ros_bridges.node_params import SeparationParams
 from openpose_ros_bridges.separation import CONSTANTS, Links, SeparationEstimator
@@ -22,12 +23,12 @@ from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.transform import transform_people
 
 from .counts import Counts, tags_of
-from .figures import Quantile, of_rows
-from .people import VISIBLE, pair
+from .figures import Quantile, of_rows, values_of
+from .people import pair
 
-# One row for each robot and time of publication [s]: true distance and bound [m], age of the newest people [s], whether
-# the nearest person is in view, and whether the person was found in a frame before.
-ROW = np.dtype([('time', 'f8'), ('true', 'f8'), ('bound', 'f8'), ('age', 'f8'), ('in_view', '?'), ('known', '?')])
+# One row for each robot and time of publication: true distance less bound, and bound [m]; age of the newest people [s];
+# whether the nearest person is in view, and whether the person was found in a frame before.
+ROW = np.dtype([('slack', 'f8'), ('bound', 'f8'), ('age', 'f8'), ('in_view', '?'), ('known', '?')])
 ROBOTS, RATE = 3, 20.0
 # Of links: gap when it is drawn, and at least [m]; radius [m]; greatest speed [m/s].
 GAPS, LEAST_GAP, RADIUS, SPEED = (0.5, 2.5), 0.3, 0.1, 1.0
@@ -65,12 +66,11 @@ class _Truth:
     """
 
     def __init__(self, folder: Path) -> None:
-        truth = read_truth(folder)[0]['frames']
-        self.times = np.array([frame['t'] for frame in truth])
-        self.people = [transform_people(each, pose[:3, :3], pose[:3, 3])
-                       for (_, each), pose in zip(true_people(folder), camera_poses(folder))]
-        self.seen: List[Dict[int, bool]] = [
-            {person['id']: VISIBLE in person['vis'] for person in frame['people']} for frame in truth]
+        truth = true_frames(folder)
+        self.times = np.array([frame.time for frame in truth])
+        self.people = [transform_people(frame.people, pose[:3, :3], pose[:3, 3])
+                       for frame, pose in zip(truth, camera_poses(folder))]
+        self.seen = [dict(zip(frame.ids, (frame.labels == VISIBLE).any(axis=1))) for frame in truth]
 
     def found_in(self, number: int, found: People3D) -> Set[int]:
         """Return the ids of the true people of a frame that were found."""
@@ -106,12 +106,10 @@ class _Robot(NamedTuple):
                      np.zeros(number))
 
 
-def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: Optional[SeparationParams] = None
-                     ) -> Counts:
+def score_separation(folder: Path, frames: Frames, delivery: Delivery) -> Counts:
     """Count how the bounds hold in a scene where the people of these frames, with the stamps of the truth, come."""
-    sequence = open_sequence(folder)
-    poses, truth = camera_poses(folder, sequence), _Truth(folder)
-    params = params or SeparationParams(guard=delivery.guard)
+    camera, poses, truth = open_sequence(folder).camera, camera_poses(folder), _Truth(folder)
+    params = SeparationParams(guard=delivery.guard)
     constants = replace(CONSTANTS, feet=False)  # of which the truth says nothing
     found = [_in_world(people, poses, truth.times, number) for number, (_, people) in enumerate(frames)]
     arrivals = [(time + delivery.late, number) for number, time in enumerate(truth.times[:len(found)].tolist())
@@ -124,14 +122,14 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery, params: O
                 number = waiting.pop(0)[1]
                 newest = float(truth.times[number])
                 pose = poses[number][:3, :3], poses[number][:3, 3]
-                estimator.take(found[number], newest, View.of(sequence.camera, pose))
+                estimator.take(found[number], newest, View.of(camera, pose))
                 known |= truth.found_in(number, found[number])
             links, (people, seen) = robot.at(now), truth.at(now)
             capsules = capsules_of(people)
             if not len(capsules):
                 continue
             bound, (true, person) = estimator.at(now, links).bound, true_distance(capsules, links)
-            rows.append(np.array([(now, true, bound, now - newest, seen[person], person in known)], ROW))
+            rows.append(np.array([(true - bound, bound, now - newest, seen[person], person in known)], ROW))
     return Counts(folder.resolve().name, tags_of(folder), {'scenes': 1.0}, {'separation': np.concatenate(rows)})
 
 
@@ -179,27 +177,14 @@ def _robots(truth: _Truth, scene: str) -> List[_Robot]:
     return robots
 
 
-def slack(counts: Counts) -> np.ndarray:
-    """Return by how much bounds are below the true distance, where the nearest person is in view [m]."""
-    rows = counts.rows['separation']
-    return np.asarray((rows['true'] - rows['bound'])[np.isfinite(rows['bound']) & rows['in_view']])
-
-
-def until_zero(counts: Counts) -> np.ndarray:
-    """Return the greatest age of people at which a bound of a scene was above 0, (1,) [s]."""
-    rows = counts.rows['separation']
-    return np.array([rows['age'][rows['bound'] > 0].max(initial=0.0)])
-
-
-def _broken(rows: np.ndarray) -> np.ndarray:
-    return rows['bound'] > rows['true']
-
-
+_SLACK = values_of('separation', 'slack', lambda rows: rows['in_view'])
 STATISTICS = {
-    'broken': of_rows('bounds above the true distance', 'separation', _broken, digits=4),
+    'broken': of_rows('bounds above the true distance', 'separation', lambda rows: rows['slack'] < 0, digits=4),
     'broken_known': of_rows('the same, of bounds above 0 where the nearest person was found before', 'separation',
-                            _broken, lambda rows: rows['known'] & (rows['bound'] > 0), digits=4),
-    'slack': Quantile('median slack, person in view', slack, 0.5, 'm', 3),
-    'slack_95': Quantile('95 % of the slack, person in view', slack, 0.95, 'm', 2),
+                            lambda rows: rows['slack'] < 0, lambda rows: rows['known'] & (rows['bound'] > 0), digits=4),
+    'slack': Quantile('median slack, person in view', _SLACK, 0.5, 'm', 3),
+    'slack_95': Quantile('95 % of the slack, person in view', _SLACK, 0.95, 'm', 2),
     'zero': of_rows('bounds of 0', 'separation', lambda rows: rows['bound'] == 0),
-    'until_zero': Quantile('greatest age of data with a bound above 0', until_zero, 1.0, 's', 2)}
+    # of each scene one value
+    'until_zero': Quantile('greatest age of data with a bound above 0', lambda counts: counts.rows['separation']['age'][
+        counts.rows['separation']['bound'] > 0].max(initial=0.0, keepdims=True), 1.0, 's', 2)}

@@ -6,14 +6,16 @@ and the true target; frames of true pointing without a ray count as wrong. Cover
 within 1 and 2 sigma, separately for people who point from the eyes and from the shoulder.
 """
 import json
+from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
-from .counts import SAME_TIME, WHOLE, Counts, tags_of
+from openpose_ros_pkg.assignment import match
+
+from .counts import WHOLE, Counts, at_times, tags_of
 from .figures import Average, Quantile, Ratio, of_rows, of_sums, values_of
 
 LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'sit', 'stand')
@@ -51,11 +53,7 @@ def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]]
     """Count the labels of a part of the true frames of a scene; frames are given by their stamps [s]."""
     truth = json.loads((folder / 'gt.json').read_text())
     neck, true = truth['joints'].index('neck'), truth['frames'][part]
-    times = np.array([frame['t'] for frame in true])
-    found: List[List[Person]] = [[] for _ in true]
-    for seconds, people in frames:
-        number = int(np.abs(times - seconds).argmin())
-        found[number] += people if abs(times[number] - seconds) < SAME_TIME else ()
+    found = [list(chain(*each)) for each in at_times(frames, [frame['t'] for frame in true])]
     sums: Dict[str, float] = dict.fromkeys(
         [f'{kind}_{label}' for label in LABELS for kind in ('right', 'wrong', 'missed')] + ['arms', 'arms_right'], 0)
     rays: List[Tuple[float, float, float, str]] = []
@@ -79,7 +77,10 @@ def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]]
                     sums['arms'] += 1
                     sums['arms_right'] += label.arm[0] == detail['arm'][0]
                 if detail['label'] == 'point':
-                    rays.append(_ray(label, np.array(detail['target']), detail.get('style', '')))
+                    target, style = np.array(detail['target']), detail.get('style', '')
+                    own = label.styles.get(style, Label())
+                    away, own_away = _angle(label, target), _angle(own, target)
+                    rays.append((away, away / np.degrees(label.sigma), own_away / np.degrees(own.sigma), style))
     return Counts(folder.resolve().name, tags_of(folder), sums, {'rays': np.array(rays, RAY)})
 
 
@@ -96,8 +97,7 @@ def _changes(frames: Sequence[Dict[str, Any]]) -> Dict[Tuple[int, str], List[flo
 def _pairs(necks: np.ndarray, people: Sequence[Person]) -> Dict[int, int]:
     found = np.array([person.neck for person in people]).reshape(-1, 3)
     apart = np.linalg.norm(necks[:, np.newaxis] - found, axis=2)
-    apart[~(apart <= GATE)] = 1e3
-    return {int(row): int(other) for row, other in zip(*linear_sum_assignment(apart)) if apart[row, other] <= GATE}
+    return dict(match(apart, apart <= GATE))
 
 
 def _angle(label: Label, target: np.ndarray) -> float:
@@ -107,12 +107,6 @@ def _angle(label: Label, target: np.ndarray) -> float:
     to = target - label.origin
     cosine = to @ label.direction / (np.linalg.norm(to) * np.linalg.norm(label.direction))
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
-
-
-def _ray(label: Label, target: np.ndarray, style: str) -> Tuple[float, float, float, str]:
-    own = label.styles.get(style, Label())
-    away = _angle(label, target)
-    return away, away / np.degrees(label.sigma), _angle(own, target) / np.degrees(own.sigma), style
 
 
 def _f1(label: str) -> Ratio:

@@ -20,18 +20,17 @@ def measure(options: Options) -> Section:
     """Measure `./run bench live` with depth images, mode balanced, people followed."""
     rows: List[List[object]] = [[*COLUMNS]]
     named = {}
-    for row, arrivals, latencies in on_a_master(watch, options.quick):
-        counts = np.array(row['frames with 0, 1, ... people'].split(', '), float)
-        row = {**row, 'people published, mean': f'{counts @ np.arange(len(counts)) / counts.sum():.1f}'}
+    for row, latencies, found in on_a_master(watch, options.quick):
+        row = {**row, 'people published, mean': f'{found.mean():.1f}'}
         rows.append([row[column] for column in COLUMNS])
         name = f"at_{row['camera [Hz]']:.0f}_with_{row['people']}"
         for key, value, unit in (('median', 1e3 * np.median(latencies), 'ms'),
                                  ('late', 1e3 * np.percentile(latencies, 95), 'ms'),
                                  ('rate', row['results [Hz]'], 'Hz')):
-            named[f'{name}_{key}'] = Figure(float(value), n=arrivals, unit=unit, digits=1 if unit == 'Hz' else 0)
+            named[f'{name}_{key}'] = Figure(float(value), n=len(latencies), unit=unit, digits=int(unit == 'Hz'))
     people, rates = (sorted({row[column] for row in rows[1:]}) for column in (1, 0))
     lines = {f'{rate:.0f} Hz, {title}': (people, [named[f'at_{rate:.0f}_with_{count}_{key}'].value
-                                                 for count in people], ())
+                                                 for count in people])
              for rate in rates for key, title in (('median', 'median'), ('late', '95 %'))}
     picture = curves('latency', 'Latency by number of people, cameras of 15 and 30 Hz', lines,
                      {'x': 'people', 'y': 'latency [ms]'})
@@ -43,8 +42,7 @@ def measure(options: Options) -> Section:
 
 
 def watch(session: Any, folder: Path, quick: bool) -> List[Any]:
-    """Return the cells of each row, the number of its results, and their latencies [s]."""
-    arguments = argparse.Namespace(rates=RATES[:1] if quick else RATES, points=['depth_image'],
-                                   people=PEOPLE[:1] if quick else PEOPLE, folder=None, warm_up=5.0,
-                                   seconds=5.0 if quick else SECONDS, launch=[])
-    return [(row, len(seen.arrivals), seen.latencies) for row, seen in live.measure_all(session, folder, arguments)]
+    """Return what `live.measure_all` does."""
+    rates, people, seconds = (RATES[:1], PEOPLE[:1], 5.0) if quick else (RATES, PEOPLE, SECONDS)
+    return live.measure_all(session, folder, argparse.Namespace(
+        rates=rates, points=['depth_image'], people=people, warm_up=5.0, seconds=seconds, launch=[]))

@@ -13,9 +13,8 @@ from common import on_a_master
 from live import PEOPLE_3D, TOPICS, make_bag, played_stamps, start_camera, worth_reading
 from results import Options, Section, Table
 from scoring.counts import Counts
-from scoring.figures import Figure, figures
+from scoring.figures import Figure, figures_of, named, rows_of
 from scoring.people import SHORT_TABLE, STATISTICS, score_people
-from scoring.tables import rows_of
 from session import Session, wait_for
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros.convert import people_from_array
@@ -35,18 +34,18 @@ def measure(options: Options) -> Section:
     folders = [*options.scenes[:1]] if options.quick else [*options.scenes[::EVERY]]
     arguments = [f'{name}:={value}' for name, value in options.settings.items()]
     played = {f'{rate:g} Hz': on_a_master(play, folders, rate, arguments) for rate in RATES}
-    counts = {title: each for title, (each, _) in played.items()}
-    named, late = {}, [['played at', 'frames', 'answered', 'latency median [ms]', '95 % [ms]']]
+    found = figures_of({title: each for title, (each, _) in played.items()}, STATISTICS)
+    every, late = {}, [['played at', 'frames', 'answered', 'latency median [ms]', '95 % [ms]']]
     for title, (each, latencies) in played.items():
         name = f"at_{title.split(' ')[0]}"
-        named.update({f'{name}_{key}': figure for key, figure in figures(each, STATISTICS).items()})
+        every.update(named({name: found[title]}))
         middle, most = 1e3 * np.percentile(latencies, (50, 95))
-        named[f'{name}_latency'] = Figure(float(middle), n=len(latencies), unit='ms', digits=0)
+        every[f'{name}_latency'] = Figure(float(middle), n=len(latencies), unit='ms', digits=0)
         late.append([title, int(sum(one.sums['frames'] for one in each)), len(latencies), f'{middle:.0f}',
                      f'{most:.0f}'])
     return Section('Scenes are played into the launched chain as a camera does, once each; `mode` balanced, depth '
                    'images, people are followed. A frame without a result counts as one in which no person was found.',
-                   named, [Table('', rows_of(counts, STATISTICS, SHORT_TABLE, 'played at')), Table('Latency', late)])
+                   every, [Table('', rows_of(found, SHORT_TABLE, 'played at')), Table('Latency', late)])
 
 
 def play(session: Session, folder: Path, sequences: Sequence[Path], rate: float, arguments: Sequence[str]

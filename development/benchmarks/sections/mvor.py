@@ -6,7 +6,7 @@ joints, good to about 40 mm. The folder holds camma_mvor_2018.json and openpose_
 import json
 from collections import defaultdict
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from openpose_ros_tools.alignment.people import pair_people
 from results import Options, Section, Table
 from scoring.counts import Counts
 from scoring.figures import Quantile, figures, mean_of, of_sums, values_of
+from sections.real_cameras import Camera, pixels
 from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.transform import Transform
 
 # Joints that are scored, by their rows in the truth; hips are defined differently there.
 TRUTH = {'left_shoulder': 2, 'right_shoulder': 3, 'left_elbow': 6, 'right_elbow': 7, 'left_wrist': 8, 'right_wrist': 9}
@@ -44,19 +44,8 @@ ERRORS = {'mean': mean_of('mean', values_of('joints', 'error'), 'mm', 0, 1e3),
           'median': Quantile('median', values_of('joints', 'error'), 0.5, 'mm', 0, 1e3)}
 
 
-class Camera(NamedTuple):
-    """A camera, and its pose in the frame of the first one."""
-
-    name: str
-    model: CameraModel
-    pose: Transform
-
-
-class Frame(NamedTuple):
-    """People in the image of each camera (COCO_18), and true joints (P, 6, 3) [m]."""
-
-    images: List[People2D]
-    truth: np.ndarray
+# People in the image of each camera (COCO_18), and true joints (P, 6, 3) [m].
+Frame = Tuple[List[People2D], np.ndarray]
 
 
 def measure(options: Options) -> Section:
@@ -93,8 +82,8 @@ def read(folder: Path) -> Tuple[List[Camera], List[Frame]]:
     for person in data['annotations3D']:
         joints = np.array(person['keypoints3D'], np.float64).reshape(-1, 4)[list(TRUTH.values())]
         truth[person['image_ids']].append(np.where(joints[:, 3:] > 0, joints[:, :3] / 1000.0, np.nan))
-    frames = [Frame([_people(detections[image['id']]) for image in frame['images']],
-                    np.array(truth[frame['id']]).reshape(-1, len(TRUTH), 3)) for frame in data['multiview_images']]
+    frames = [([_people(detections[image['id']]) for image in frame['images']],
+               np.array(truth[frame['id']]).reshape(-1, len(TRUTH), 3)) for frame in data['multiview_images']]
     return _cameras(data['cameras_info']['camParams']), frames
 
 
@@ -119,31 +108,25 @@ def counted(cameras: Sequence[Camera], frames: Sequence[Frame], number: int) -> 
     """Return the counts of a block of frames; number: of the first one."""
     sums: Dict[str, float] = dict.fromkeys(('truth', 'two_views', 'found', 'twice', 'others'), 0.0)
     joints: List[Tuple[float, int, int]] = []
-    for frame in frames:
-        fusion = PeopleFusion()
+    for images, truth in frames:
+        fusion, views = PeopleFusion(), np.zeros(len(truth), int)
         people = fusion.update([from_image(camera.name, 1.0, image, camera.model, camera.pose)
-                                for camera, image in zip(cameras, frame.images)], 1.0)
+                                for camera, image in zip(cameras, images)], 1.0)
+        for camera, image in zip(cameras, images):
+            detected = pair_people(image.xy[:, ORDER], pixels(camera, truth), SAME_DETECTION)
+            views[[true for _, true in detected]] += 1
         places = people.xyz[:, ORDER].astype(np.float64)
-        pairs = pair_people(places, frame.truth, SAME_PERSON)
+        pairs = pair_people(places, truth, SAME_PERSON)
         rest = np.delete(places, [row for row, _ in pairs], axis=0)
-        twice = sum(bool(pair_people(one[np.newaxis], frame.truth, SAME_PERSON)) for one in rest)
-        for key, value in (('truth', len(frame.truth)), ('two_views', _in_two_views(cameras, frame)),
-                           ('found', len(pairs)), ('twice', twice), ('others', len(rest) - twice)):
+        twice = sum(bool(pair_people(one[np.newaxis], truth, SAME_PERSON)) for one in rest)
+        for key, value in (('truth', len(truth)), ('two_views', int((views > 1).sum())), ('found', len(pairs)),
+                           ('twice', twice), ('others', len(rest) - twice)):
             sums[key] += value
         for row, true in pairs:
-            views = sum(frame.images[number].present[person, ORDER] for number, camera in enumerate(cameras)
-                        for (name, person), track in fusion.known.items()
-                        if (name, track) == (camera.name, people.ids[row]))
-            errors = np.linalg.norm(places[row] - frame.truth[true], axis=1)
-            joints += [(errors[joint], views[joint], joint) for joint in np.flatnonzero(np.isfinite(errors))]
+            seen = sum(images[number].present[person, ORDER] for number, camera in enumerate(cameras)
+                       for (name, person), track in fusion.known.items()
+                       if (name, track) == (camera.name, people.ids[row]))
+            errors = np.linalg.norm(places[row] - truth[true], axis=1)
+            joints += [(errors[joint], seen[joint], joint) for joint in np.flatnonzero(np.isfinite(errors))]
     table = np.array(joints, [('error', float), ('views', int), ('joint', int)])
     return Counts(f'frames from {number}', {}, sums, {'joints': table})
-
-
-def _in_two_views(cameras: Sequence[Camera], frame: Frame) -> int:
-    views = np.zeros(len(frame.truth), int)
-    for camera, image in zip(cameras, frame.images):
-        rotation, origin = camera.pose
-        pixels = camera.model.project((frame.truth - origin) @ rotation).reshape(-1, len(TRUTH), 2)
-        views[[true for _, true in pair_people(image.xy[:, ORDER], pixels, SAME_DETECTION)]] += 1
-    return int((views > 1).sum())

@@ -19,7 +19,6 @@ from openpose_ros_pkg.detect.detector import Detector, create_detector
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED
 from openpose_ros_pkg.detect.network_detection import NetworkDetection, people_in
 from openpose_ros_pkg.detect.recipes import DetectorSettings
-from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
@@ -141,7 +140,7 @@ def measure(options: Options) -> Section:
     for title, work in WORK.items():
         try:
             part, drawn = work(options)
-        except (NeedsDataError, BadInputError) as error:
+        except NeedsDataError as error:
             rows.append([title, f'not measured: it needs {error}', '-'])
             continue
         found.update(part)
@@ -208,7 +207,7 @@ def theatre(options: Options) -> Part:
 
 def cameras(options: Options) -> Part:
     """Return the reprojection error of the people of Pose2Sim's four cameras."""
-    seen, _ = real_cameras.found_people(real_cameras.cameras(), 2 if options.quick else 1000)
+    seen, _ = real_cameras.found_people(real_cameras.cameras(options), 2 if options.quick else 1000)
     fused = real_cameras.fuse(seen)
     errors = np.concatenate([real_cameras.reprojection(camera, fused) for camera in seen])
     return {'pose2sim_reprojection': Figure(float(np.median(errors)), n=len(errors), unit='px', digits=1,
@@ -254,18 +253,14 @@ def counted(people: People3D, frame: Frame, recording: Recording, number: int) -
 
 def picture(frame: Frame, people: People3D) -> np.ndarray:
     """Return the people over the image and over the depth, side by side, uint8 BGR."""
-    matrix = frame.grid.camera_model().matrix
-    seen = people.xyz @ matrix.T
-    uv = seen[..., :2] / seen[..., 2:]
-    given = np.isfinite(uv).all(axis=2)
-    keypoints = np.where(given[..., None], np.dstack([uv, given]), (np.nan, np.nan, 0)).astype(np.float32)
-    in_image = People2D(people.skeleton, keypoints, np.ones(len(people)), people.ids)
+    uv = frame.grid.camera_model().project(people.xyz).reshape(len(people), -1, 2)
     depth = frame.grid.depths(*np.meshgrid(np.arange(frame.grid.width), np.arange(frame.grid.height)))
     shade = np.nan_to_num((FAR - depth) / (FAR - NEAR)).clip(0, 1)
     colours = cv2.applyColorMap(np.uint8(255 * shade), cv2.COLORMAP_TURBO)
     colours[np.isnan(depth)] = 0
-    return np.hstack([cv2.resize(draw_people(canvas, in_image, DrawParams(alpha_pose=1.0), people.status == INFERRED),
-                                 SIZE, interpolation=cv2.INTER_AREA) for canvas in (frame.image, colours)])
+    there, params = real_cameras.in_image(people, uv), DrawParams(alpha_pose=1.0)
+    drawn = [draw_people(canvas, there, params, people.status == INFERRED) for canvas in (frame.image, colours)]
+    return np.hstack([cv2.resize(canvas, SIZE, interpolation=cv2.INTER_AREA) for canvas in drawn])
 
 
 WORK: Dict[str, Callable[[Options], Part]] = {

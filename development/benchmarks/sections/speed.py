@@ -1,13 +1,13 @@
 """Time of a frame, without ROS."""
 import itertools
+import time
 from dataclasses import replace
-from typing import Any, Dict, List, Tuple
+from typing import List, Tuple
 
 import numpy as np
 import pandas as pd
 
 import chain_runs
-from common import elapsed
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from results import Options, Section, Table
@@ -38,7 +38,11 @@ def measure(options: Options) -> Section:
     rows: List[List[object]] = [['mode', 'T [ms]', '2D [ms]', '3D [ms]', 'frame [ms]', '95 % [ms]', 'frame in T']]
     for name, row in ROWS.items():
         before = unit.milliseconds()
-        times = 1e3 * np.array(timed(options, row, FEW if name == 'accurate' or options.quick else FRAMES))
+        limit = WARM_UP + (FEW if name == 'accurate' or options.quick else FRAMES) // SCENES
+        settings = build(ChainSettings, {**row['settings'], **options.settings})
+        finder = chain_runs.Finder(settings, row.get('budget', 0.0))
+        times = 1e3 * np.array([times for folder in options.scenes[:SCENES]  # of frames in 2D and 3D [ms]
+                                for times in finder.run(folder, limit=limit).times[WARM_UP:]])
         whole = times.sum(axis=1)
         middle, most = np.percentile(whole, (50, 95))
         rows.append([TITLES.get(name, name), f'{before:.0f}', *(f'{each:.1f}' for each in np.median(times, axis=0)),
@@ -55,13 +59,6 @@ def measure(options: Options) -> Section:
     return Section(f'Scenes of the section on accuracy, first frames of {SCENES} of them, on all cores; median and 95 '
                    '% of the frames. 2D: networks, decoding, votes; 3D: lifting and tracking.', named,
                    [Table('Modes', rows), Table('People in space (3D) by their number, synthetic', people)])
-
-
-def timed(options: Options, row: Dict[str, Any], frames: int) -> List[Any]:
-    """Return the times of frames in 2D and 3D [s]."""
-    finder = chain_runs.Finder(build(ChainSettings, {**row['settings'], **options.settings}), row.get('budget', 0.0))
-    return [times for folder in options.scenes[:SCENES]
-            for times in finder.run(folder, limit=WARM_UP + frames // SCENES).times[WARM_UP:]]
 
 
 def walkers(count: int, seconds: float) -> List[Person]:
@@ -105,6 +102,7 @@ def times_of_people(rounds: int) -> pd.DataFrame:
         for count, (estimator, stream) in runs.items():
             people, frame = next(stream)
             frame = replace(frame, stamp=number / RATE)
-            milliseconds, _ = elapsed(lambda one=estimator, given=(people, frame): one.update(*given))
-            rows.append({'people': count, 'in view': shown[count], 'whole': milliseconds})
+            began = time.perf_counter()
+            estimator.update(people, frame)
+            rows.append({'people': count, 'in view': shown[count], 'whole': 1e3 * (time.perf_counter() - began)})
     return pd.DataFrame(rows[FIRST * len(runs):])

@@ -19,7 +19,7 @@ from std_msgs.msg import Header, String
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.mocap.files import read_mocap
 from openpose_ros_tools.ros.keypoints import csv_to_bag, keypoints_to_csv, keypoints_to_motion
-from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros.convert import people_from_array
@@ -213,8 +213,8 @@ def test_bag_and_csv_are_the_same_table(tmp_path, dimensions):
     bag = recording(tmp_path, dimensions)
     text = converted(tmp_path, bag, '--extended')
     (tmp_path / 'some.csv').write_text(text)
-    tables = [read_keypoint_bag(bag), read_keypoint_csv(tmp_path / 'some.csv'),
-              read_keypoint_bag(bag, single_topic(dimensions).replace('_keypoints', ''))]
+    tables = [read_keypoints(bag)[0], read_keypoint_csv(tmp_path / 'some.csv'),
+              read_keypoints(bag, single_topic(dimensions).replace('_keypoints', ''))[0]]
     assert len(tables[0]) == 32 and tables[0].dimensions == dimensions
     for other in tables[1:]:
         for name, value in vars(tables[0]).items():

@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
-from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros import convert
 
@@ -82,7 +82,7 @@ def test_a_bag_of_the_original_is_migrated_and_read(old, tmp_path):
     assert {(topic, message._md5sum) for topic, message, _ in found} == {
         (TOPICS[2], PersonDetection._md5sum), (TOPICS[3], PersonDetection_3d._md5sum)}
     assert sorted({time.to_nsec() - START.to_nsec() for _, _, time in found}) == [0, 1000, 10 ** 9, 10 ** 9 + 1000]
-    flat, solid = (read_keypoint_bag(new, TOPICS[dimensions]) for dimensions in (2, 3))
+    flat, solid = (read_keypoints(new, TOPICS[dimensions])[0] for dimensions in (2, 3))
     assert solid.ids.tolist() == flat.ids.tolist() == [0, 1, 0, 1]
     assert (solid.stamps - START.to_nsec()).tolist() == [0, 0, 10 ** 9, 10 ** 9]
     np.testing.assert_array_equal(flat.positions[:, 0], [[320, 42]] * 2 + [[321, 42]] * 2)
@@ -91,7 +91,7 @@ def test_a_bag_of_the_original_is_migrated_and_read(old, tmp_path):
         assert table.status[:, 0].tolist() == [MEASURED] * 4 and (table.status[:, 1:] == MISSING).all()
         assert np.isnan(table.positions[:, 1:]).all()
     assert solid.confidence[:, :2].tolist() == [[0.5, 0.75]] * 4 and (solid.confidence[:, 2:] == 0).all()
-    assert (solid.positions == read_keypoint_bag(old, TOPICS[3]).positions)[:, 0].all()
+    assert (solid.positions == read_keypoints(old, TOPICS[3])[0].positions)[:, 0].all()
     part = found[-1][1].mid_hip
     assert (part.status, part.confidence) == (MISSING, 0) and math.isnan(part.x) and math.isnan(part.sigma)
 

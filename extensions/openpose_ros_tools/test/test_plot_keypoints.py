@@ -50,9 +50,7 @@ def test_a_bag_without_people(tmp_path, capsys):
 
 
 def test_plots_of_a_csv(tmp_path, poses, capsys):
-    (tmp_path / 'plots').mkdir()
-    (tmp_path / 'plots/trajectory_nose.png').write_text('of a former recording')
-    assert main([str(poses), '-o', str(tmp_path / 'plots'), '--overwrite']) == 0
+    assert main([str(poses), '-o', str(tmp_path / 'plots')]) == 0
     names = sorted(path.name for path in (tmp_path / 'plots').iterdir())
     assert names == ['detections.png', 'top_view.png', 'trajectory_neck.png']
     assert sorted(line.rpartition('/')[2] for line in capsys.readouterr().out.splitlines()) == names

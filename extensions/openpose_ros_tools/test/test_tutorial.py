@@ -14,15 +14,27 @@ PAGE, SEQUENCE = ROOT / 'docs/recordings.md', ROOT / 'skeleton_extract_3d/demo/c
 TIMEOUT = 300.0  # [s] several times what all commands take
 
 
+def blocks(kind=''):
+    """Return the blocks of code of a kind on the page."""
+    return re.findall(rf'^```{kind}\n(.*?)^```$', PAGE.read_text(), re.MULTILINE | re.DOTALL)
+
+
 @pytest.fixture(scope='module')
 def folder(tmp_path_factory):
     """Where all commands that are marked as runnable have run, one after the other."""
     place = tmp_path_factory.mktemp('validation')
-    script = '\n'.join(re.findall(r'^```sh\n(.*?)^```$', PAGE.read_text(), re.MULTILINE | re.DOTALL))
+    for name in ('run', 'examples'):
+        (place / name).symlink_to(ROOT / name)
+    script = ''.join(blocks('sh')) + f'python3 - <<END\n{blocks("python")[0]}END\n'
     done = subprocess.run(['bash', '-e', '-c', script], cwd=str(place), stdin=subprocess.DEVNULL, text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT, check=False)
     assert done.returncode == 0, done.stdout[-4000:]
     return place
+
+
+def test_the_last_tree_of_the_folder_is_what_the_steps_make(folder):
+    tree = [block for block in blocks() if block.startswith('walk/\n')][-1]
+    assert sorted(re.findall(r'── ([\w.]+)', tree)) == sorted(path.name for path in (folder / 'walk').iterdir())
 
 
 def test_every_frame_is_there_and_pictures_are_drawn(folder):

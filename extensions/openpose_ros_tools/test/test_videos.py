@@ -7,7 +7,14 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
-from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_finder, topic_types
+from openpose_ros_tools.ros.bag_files import (
+    deserialized,
+    message_count,
+    open_bag,
+    stamped_messages,
+    topic_finder,
+    topic_types,
+)
 from openpose_ros_tools.ros.video_recording import IMAGE, INFO
 
 RATE, SIZE, GREYS = 12.5, (64, 48), (40, 120, 200)
@@ -28,7 +35,7 @@ def video(tmp_path):
 
 def test_images_have_the_stamps_of_the_rate(video):
     with open_bag(video) as bag:
-        assert topic_types(bag) == {IMAGE: Image._type} and bag.get_message_count(IMAGE) == len(GREYS)
+        assert topic_types(bag) == {IMAGE: Image._type} and message_count(bag, IMAGE) == len(GREYS)
         messages = list(stamped_messages(bag, [IMAGE, INFO]))
         later = list(stamped_messages(bag, [IMAGE], deserialized(messages[1]).header.stamp))
         first = list(stamped_messages(bag, [IMAGE], None, deserialized(messages[0]).header.stamp))

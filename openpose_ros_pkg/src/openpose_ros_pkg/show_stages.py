@@ -20,6 +20,7 @@ import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setting_values
 from openpose_ros_pkg.command_options import command_parser, plain_path
+from openpose_ros_pkg.decode.direct import DirectThresholds
 from openpose_ros_pkg.decode.paf import find_peaks, score_limbs
 from openpose_ros_pkg.detect.crops import found_by
 from openpose_ros_pkg.detect.detection import DepthView
@@ -62,7 +63,7 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
                     ) -> Tuple[People2D, Stages]:
     """Return the people of an image, (H, W, 3) uint8, and images of the stages on the full image."""
     detector = create_detector(settings)
-    plain = replace(detector.setup, decode=settings.decode, direct=settings.direct)
+    plain = replace(detector.setup, decode=settings.decode, direct=DirectThresholds())
     stages, opinions = [('input', bgr)], []
     for network_pass in detector.recipe.passes:
         model = network_pass.model
@@ -72,7 +73,7 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
         if model.decoder == Decoder.PAF:
             fields, plan = averaged_fields(views, model), views[0].view.plan
             peaks = find_peaks(fields[:len(model.skeleton.joints)], model, settings.decode, plan.scaled_size)
-            limbs = score_limbs(fields[model.heatmaps:], peaks, model, settings.decode)
+            limbs = score_limbs(fields[model.heatmaps:], peaks, model)
             stages += [('heat maps', _over(bgr, _heat_maps(fields, model), plan, model.stride)),
                        ('limb fields', _over(bgr, _limb_fields(fields, model), plan, model.stride)),
                        ('candidates', _candidates(bgr, peaks, limbs, plan, model))]

@@ -26,6 +26,8 @@ from skeleton_extract_3d.show.markers import MarkerParams
 class ExtractorParams(Parameters):
     """Input and frames of the extractor."""
 
+    retired = ('tf_timeout',)
+
     camera: str = parameter('kinect2', CAMERA_DOC + ' Empty: ~image, ~point_cloud, ~depth_image and ~camera_info.')
     camera_ns: str = parameter('', CAMERA_NS_DOC)
     rotate_image: int = parameter(0, ROTATE_DOC, unit='degrees', choices=(0, 90, 180, 270))
@@ -47,9 +49,6 @@ class ExtractorParams(Parameters):
     tracking_frame: str = parameter(
         '', 'Frame in which the room stands still (odom, map) while the camera moves: people are followed there; '
             'empty: the camera stands still. What is published, and where, does not depend on it.')
-    tf_timeout: float = parameter(
-        0.1, 'Wait this long for the transform to target_frame or tracking_frame at the stamp of the cloud; a frame '
-             'without its transform is dropped.', unit='s', minimum=0.0, maximum=10.0)
     use_floor: bool = parameter(
         False, 'Subscribe to the plane of the floor on ~floor (pcl_msgs/ModelCoefficients in the frame of the cloud, '
                'as the node floor publishes it): hidden feet of standing people are on it, and no inferred foot '

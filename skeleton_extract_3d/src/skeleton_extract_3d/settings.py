@@ -9,14 +9,11 @@ from skeleton_extract_3d.lift.lifting import LiftingParams
 class OcclusionParams(Parameters):
     """Hidden joints."""
 
+    retired = ('measured_min_score', 'hidden_min_score')
+
     occlusion: bool = parameter(
         True, 'Tell hidden joints from visible ones, and estimate them (status INFERRED). false: each joint is put on '
               'the nearest surface around its pixel and reported as MEASURED; joints without a keypoint are MISSING.')
-    measured_min_score: float = parameter(
-        0.2, 'A keypoint with a lower score is not used, even where the surface fits it.', minimum=0.0, maximum=1.0)
-    hidden_min_score: float = parameter(
-        0.4, 'The keypoint of a hidden joint is used if its score is at least this; joints with lower ones are '
-             'estimated by the body model and the motion.', minimum=0.0, maximum=1.0)
     inference_timeout: float = parameter(
         5.0, 'A joint that had no keypoint for this long is MISSING.', unit='s', minimum=0.0, maximum=600.0)
 
@@ -24,6 +21,8 @@ class OcclusionParams(Parameters):
 @dataclass(frozen=True)
 class IdentityParams(Parameters):
     """Identity: which person_ID a person has."""
+
+    retired = ('track_gate', 'walking_speed', 'birth_joints')
 
     tracking: bool = parameter(
         True, 'Follow people from frame to frame in space. false: person_ID is that of the detection service, '
@@ -35,20 +34,14 @@ class IdentityParams(Parameters):
         10.0, 'A person who comes back within this time of the last detection gets the old person_ID if clothes, size '
               'and place agree, else a new one. 0: a track that ended never gets its id back.', unit='s',
         minimum=0.0, maximum=60.0)
-    track_gate: float = parameter(
-        0.5, 'Greatest median distance, across the view, of the joints from where they are expected, at which it is '
-             'still the same person.', unit='m', minimum=0.05, maximum=5.0)
-    walking_speed: float = parameter(
-        1.2, 'The gate grows by this for each second without a detection.', unit='m/s', minimum=0.0, maximum=10.0)
-    birth_joints: int = parameter(
-        3, 'Joints that have to be measured before a person gets a person_ID; fewer if no more can be measured.',
-        minimum=1, maximum=18)
     use_clothes: bool = parameter(True, 'Tell people apart by the colours of their clothes as well.')
 
 
 @dataclass(frozen=True)
 class SmoothingParams(Parameters):
     """Smoothing of joints over time."""
+
+    retired = ('walking_acceleration',)
 
     smoothing: bool = parameter(
         True, 'Filter each joint (Kalman filter with constant velocity). false: positions are those of the single '
@@ -57,9 +50,6 @@ class SmoothingParams(Parameters):
         4.0, "How quickly the trunk's joints change their velocity (standard deviation per axis); elbows and knees do "
              'by 1.5, ankles by 2 and wrists by 2.5 times as much. More follows quick motions more closely and smooths '
              'less.', unit='m/s^2', minimum=0.1, maximum=100.0)
-    walking_acceleration: float = parameter(
-        3.0, 'The same for people as a whole, who walk on while hidden.', unit='m/s^2',
-        minimum=0.1, maximum=100.0)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from std_msgs.msg import Header, String
 from fuzzing import mutated, share, survives
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_types
-from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints
 
 
 @lru_cache(maxsize=None)
@@ -46,6 +46,6 @@ def test_bag(tmp_path_factory, compression, data):
     content = data.draw(mutated(bag_bytes(folder, compression)))
     path = folder / 'spoilt.bag'
     path.write_bytes(content)
-    for read in (all_messages, read_keypoint_bag):
+    for read in (all_messages, read_keypoints):
         # rosbag reserves as many bytes as a damaged length says, and uses those of the file
         survives(read, path, size=len(content), errors=(BadInputError,), memory=5 << 30)

@@ -271,7 +271,7 @@ def test_what_pages_get(message):
 
 def table_of_message(message, dimensions):
     """Return the table of a message."""
-    return table_of(rows_of(message, dimensions), dimensions)
+    return table_of(rows_of(message, dimensions), dimensions, 'a message')
 
 
 @given(st.one_of(spoiled(people_messages()).map(lambda message: (message, 2)),

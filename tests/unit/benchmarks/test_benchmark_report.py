@@ -1,5 +1,4 @@
 """Sections of the report: what is kept, written and shown."""
-import importlib
 import json
 
 import numpy as np
@@ -52,8 +51,8 @@ def test_a_section_without_its_data_says_what_it_needs(tmp_path):
     with pytest.raises(NeedsDataError, match='--data mvor=FOLDER'):
         Options().folder('mvor')
     with pytest.raises(NeedsDataError, match='--data hands=FOLDER'):
-        results.scenes_with(Options([DEMO]), 'hands', importlib.import_module('sections.rendered.hands').has_hands)
-    assert results.scenes_with(Options(data={'any': DEMO}), 'any', lambda folder: True) == [DEMO]
+        results.scenes_with(Options([DEMO]), 'hands', 'hand_joints')
+    assert results.scenes_with(Options(data={'any': DEMO}), 'any', 'joints') == [DEMO]
 
 
 def test_a_scene_is_counted_once(tmp_path, monkeypatch):
@@ -62,8 +61,7 @@ def test_a_scene_is_counted_once(tmp_path, monkeypatch):
     counts = counting.count(options, {}, exact=True)
     assert counts[0].sums['frames'] == counting.QUICK_FRAMES
     assert counts[0].sums['paired'] == counts[0].sums['true']
-    times = [frame['t'] for frame in json.loads((DEMO / 'gt.json').read_text())['frames'][:counting.QUICK_FRAMES]]
-    again = score_people(DEMO, counting.people_of(counts[0], times), slice(counting.QUICK_FRAMES))
+    again = score_people(DEMO, counting.people_of(DEMO, counts[0]), slice(counting.QUICK_FRAMES))
     assert again.sums == counts[0].sums
     np.testing.assert_array_equal(again.rows['joints'], counts[0].rows['joints'])
     monkeypatch.setattr(counting, '_run', lambda job, path: pytest.fail('counted again'))

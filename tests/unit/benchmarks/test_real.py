@@ -5,11 +5,10 @@ import cv2
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from results import NeedsDataError, Options
-from sections import real_cameras, sensors
+from sections import sensors
 from sections.real import LIMBS, SIZE, WORK, Recording, _right, counted, frames_of_folder, measure, picture
 from sections.sensors import filled, gaps
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
@@ -40,15 +39,11 @@ def person(status):
                     np.array([3]))
 
 
-def no_wheel():
-    raise BadInputError('there is no wheel')
-
-
-def test_nothing_there(tmp_path, monkeypatch):
-    monkeypatch.setattr(real_cameras, 'fetch', no_wheel)
+def test_nothing_there(tmp_path):
     section = measure(Options(data={'real': tmp_path}))
     assert not section.figures and len(section.tables[0].rows) == 1 + len(WORK)
-    assert f"needs {tmp_path / 'lsp200'}" in str(section)
+    for missing in (tmp_path / 'lsp200', '--data pose2sim=FOLDER'):
+        assert f'needs {missing}' in str(section)
 
 
 def test_depth_of_cameras_that_is_not_there_is_named(tmp_path):

@@ -30,6 +30,13 @@ def hand_scene(tmp_path):
     return tmp_path
 
 
+def scored_hands(scene, change):
+    """Return the figures of the true hands as `change(hand) -> [hand, ...]` makes them."""
+    frames = [(number / RATE, ([each for side in SIDES for each in change(hand_of(side, number))], []))
+              for number in range(FRAMES)]
+    return figures([hands.score_hands(scene, frames)], hands.STATISTICS, 0)
+
+
 @pytest.mark.parametrize('change, expected', [
     (lambda hand: [], {'recall': 0, 'precision': None, 'visible_20': 0, 'visible_median': None}),
     (lambda hand: [hand], {'recall': 1, 'precision': 1, 'side': 1, 'visible_10': 1, 'hidden_20': 1, 'image_01': 1,
@@ -41,19 +48,20 @@ def hand_scene(tmp_path):
     (lambda hand: [hand] if hand.left else [], {'recall': 0.5, 'precision': 1, 'visible_20': 0.5}),
     (lambda hand: [hand, hand._replace(uv=hand.uv + 600)], {'precision': 0.5, 'recall': 1})])
 def test_hands(hand_scene, change, expected):
-    frames = [(number / RATE, [each for side in SIDES for each in change(hand_of(side, number))], [])
-              for number in range(FRAMES)]
-    result = figures([hands.score_hands(hand_scene, frames)], hands.STATISTICS, 0)
+    result = scored_hands(hand_scene, change)
     assert {name: result[name].value for name in expected} == pytest.approx(expected, abs=1e-9)
 
 
 def test_sigma_of_hands_counts_by_status(hand_scene):
     status, sigma = np.array([1] * 11 + [2] * 10), np.array([0.01] * 16 + [0.001] * 5)
-    frames = [(number / RATE, [hand_of('left', number)._replace(
-        xyz=hand_of('left', number).xyz + np.array((0, 0, 0.015)), status=status, sigma=sigma)], [])
-        for number in range(FRAMES)]
-    result = figures([hands.score_hands(hand_scene, frames)], hands.STATISTICS, 0)
+    result = scored_hands(hand_scene, lambda hand: [hand._replace(
+        xyz=hand.xyz + np.array((0, 0, 0.015)), status=status, sigma=sigma)] if hand.left else [])
     assert (result['measured_within_2_sigma'].value, result['inferred_within_2_sigma'].value) == (1, 0.5)
+
+
+def test_fingers_in_the_wrong_order_are_wrong(hand_scene):
+    result = scored_hands(hand_scene, lambda hand: [hand._replace(xyz=hand.xyz[OTHER_WAY])])
+    assert result['visible_20'].value < 0.5
 
 
 def test_directions_of_faces(tmp_path):
@@ -65,16 +73,9 @@ def test_directions_of_faces(tmp_path):
     angle = np.radians(20)
     faces = [hands.Face(xyz, np.array((np.sin(angle), 0, -np.cos(angle))), angle / 1.5),
              hands.Face(xyz + 1, np.array((1.0, 0, 0)), 0.1)]
-    result = figures([hands.score_hands(tmp_path, [(0.0, [], faces)])], hands.STATISTICS, 0)
+    result = figures([hands.score_hands(tmp_path, [(0.0, ([], faces))])], hands.STATISTICS, 0)
     assert (result['head_median'].value, result['head_median'].n) == (pytest.approx(20), 1)
     assert (result['head_within_1_sigma'].value, result['head_within_2_sigma'].value) == (0, 1)
-
-
-def test_fingers_in_the_wrong_order_are_wrong(hand_scene):
-    frames = [(number / RATE, [hand_of(side, number)._replace(xyz=hand_of(side, number).xyz[OTHER_WAY])
-                               for side in SIDES], []) for number in range(FRAMES)]
-    result = figures([hands.score_hands(hand_scene, frames)], hands.STATISTICS, 0)
-    assert result['visible_20'].value < 0.5
 
 
 TARGET, SHOULDER = np.array((2.0, -0.5, 3.0)), np.array((0.2, 0.0, 2.5))

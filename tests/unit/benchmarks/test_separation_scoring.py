@@ -4,8 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chain_runs import true_people
 from development import ROOT
+from ground_truth import true_frames
 from openpose_ros_bridges.moving_parts import Links
 from openpose_ros_signals.capsules import Capsules
 from scoring import separation
@@ -21,8 +21,8 @@ def one_robot(monkeypatch):
 
 
 def moved_people(beside):
-    return [(stamp, replace(people, xyz=people.xyz + np.float32([beside, 0, 0]), velocity=np.zeros(people.xyz.shape)))
-            for stamp, people in true_people(SCENE)]
+    return [(true.time, replace(true.people, xyz=true.people.xyz + np.float32([beside, 0, 0]),
+                                velocity=np.zeros(true.xyz.shape))) for true in true_frames(SCENE)]
 
 
 def scored(delivery, beside=0.0):

@@ -2,13 +2,23 @@
 import dataclasses
 
 import numpy as np
-import openpose_ros_decode
 import pytest
 
 from known_fields import NET, STRIDE, render_fields, standing_person
-from openpose_ros_pkg.decode.paf import DecodeParams, assemble, decode_fields, score_limbs
+from openpose_ros_pkg.decode.paf import (
+    DECODE,
+    LIMB_CANDIDATE,
+    PEAK,
+    DecodeParams,
+    assemble,
+    decode_fields,
+    score_limbs,
+)
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.skeletons import COCO_18, SKELETONS, Limb, SkeletonModel
+
+# Two joints are a person.
+PAIRS = dataclasses.replace(DECODE, person_joints=2)
 
 
 def in_order(keypoints):
@@ -16,13 +26,13 @@ def in_order(keypoints):
     return keypoints[np.argsort(keypoints[:, COCO_18.index['neck'], 0])]
 
 
-def decoded(fields, **params):
-    return decode_fields(fields, MOBILENET_THIN, DecodeParams(**params))
+def decoded(fields, **constants):
+    return decode_fields(fields, MOBILENET_THIN, DecodeParams(), constants=dataclasses.replace(DECODE, **constants))
 
 
-def assert_found(fields, people, atol=0.5, **params):
+def assert_found(fields, people, atol=0.5, **constants):
     """Every person is found, whole, no other one, to half a network pixel (a sixteenth of a cell)."""
-    keypoints, scores, *_ = decoded(fields, **params)
+    keypoints, scores, *_ = decoded(fields, **constants)
     assert keypoints.shape == (len(people), 18, 3) and keypoints.dtype == np.float32
     assert scores.shape == (len(people),) and ((scores > 0.8) & (scores <= 1)).all()
     for found, person in zip(in_order(keypoints), sorted(people, key=lambda person: person[1, 0])):
@@ -95,12 +105,12 @@ def test_person_cut_in_half_by_a_side(x, inside):
 
 def peak_records(joints, xy, scores):
     return np.array([(joint, *place, score) for joint, place, score in zip(joints, xy, scores)],
-                    openpose_ros_decode.PEAK)
+                    PEAK)
 
 
 def limb_scores(pafs, elbow, wrist):
     joints = [COCO_18.index['right_elbow'], COCO_18.index['right_wrist']]
-    return score_limbs(pafs, peak_records(joints, [elbow, wrist], [0.9, 0.8]), MOBILENET_THIN, DecodeParams())
+    return score_limbs(pafs, peak_records(joints, [elbow, wrist], [0.9, 0.8]), MOBILENET_THIN)
 
 
 def test_foreshortened_limb_joins_without_a_field_but_proves_nothing():
@@ -117,8 +127,8 @@ def people_from(joints, limbs, heights=None):
                          heights or [0.5] * len(joints))
     names = [(limb.start, limb.end) for limb in COCO_18.limbs]
     candidates = np.array([(names.index((joints[start], joints[end])), start, end, score)
-                           for start, end, score in limbs], openpose_ros_decode.LIMB_CANDIDATE)
-    keypoints, *_ = assemble(candidates, peaks, COCO_18, DecodeParams(person_min_joints=2, person_min_score=0.0))
+                           for start, end, score in limbs], LIMB_CANDIDATE)
+    keypoints, *_ = assemble(candidates, peaks, COCO_18, DecodeParams(person_min_score=0.0), PAIRS)
     return [{joint: int(person[COCO_18.index[joint], 0]) for joint in COCO_18.joints
              if person[COCO_18.index[joint], 2] > 0} for person in keypoints]
 
@@ -153,7 +163,7 @@ def test_people_of_all_skeletons(skeleton):
     model = dataclasses.replace(MOBILENET_THIN, skeleton=skeleton, heatmaps=len(skeleton.joints) + 1)
     random = np.random.default_rng(1)
     people = [np.array([x, 180]) + random.uniform(-80, 80, (len(skeleton.joints), 2)) for x in (120, 330, 540)]
-    keypoints, *_ = decode_fields(render_fields(people, skeleton=skeleton), model, DecodeParams(person_min_joints=2))
+    keypoints, *_ = decode_fields(render_fields(people, skeleton=skeleton), model, DecodeParams(), None, PAIRS)
     assert len(keypoints) == 3
     reached = [skeleton.index[name] for name in {end for limb in skeleton.limbs for end in (limb.start, limb.end)}]
     for person in people:

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.direct import DirectThresholds, decode_direct
 from openpose_ros_pkg.networks.model_registry import MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.networks.model_types import YOLO_INPUT
 from openpose_ros_pkg.networks.preprocess import ImageToNet
@@ -79,7 +79,7 @@ def yolo_end_to_end(*people):
 def decoder(outputs, model):
     """Return what decodes people, as a network gives them."""
     def decode(*people, params=None, valid=SIZE):
-        return decode_direct(outputs(*people), model, params or DirectDecodeParams(), ImageToNet(valid, valid, SIZE))
+        return decode_direct(outputs(*people), model, params or DirectThresholds(), ImageToNet(valid, valid, SIZE))
     return decode
 
 
@@ -133,7 +133,7 @@ def test_joints_in_the_padding_and_beyond_the_picture_are_missing(decode):
 def test_joint_below_its_threshold_is_missing_and_without_joints_there_is_no_person(decode):
     confidence = np.full(17, 0.2)
     confidence[0] = 0.5
-    params = DirectDecodeParams(direct_joint_score=0.3)
+    params = DirectThresholds(joint_score=0.3)
     keypoints, *_ = decode((STANDING, confidence, 0.9), params=params)
     assert (keypoints[0, :, 2] > 0).sum() == 1
     assert len(decode((STANDING, np.full(17, 0.2), 0.9), params=params)[0]) == 0
@@ -143,7 +143,7 @@ def test_joint_below_its_threshold_is_missing_and_without_joints_there_is_no_per
 def test_person_score_is_that_of_the_network_unless_demanded(decode, threshold):
     people = [(STANDING, np.full(17, 0.9), threshold - 0.01), (moved(120, 0), np.full(17, 0.9), threshold + 0.01)]
     assert decode(*people)[1] == pytest.approx([threshold + 0.01])
-    assert len(decode(*people, params=DirectDecodeParams(direct_person_score=0.05))[1]) == 2
+    assert len(decode(*people, params=DirectThresholds(person_score=0.05))[1]) == 2
 
 
 @ALL

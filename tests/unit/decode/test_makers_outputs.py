@@ -11,7 +11,7 @@ import pytest
 
 import makers_tensors
 from openpose_ros_pkg.decode.boxes import decode_boxes
-from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.direct import DirectThresholds, decode_direct
 from openpose_ros_pkg.decode.heat_maps import heat_map_points
 from openpose_ros_pkg.detect.views import View
 from openpose_ros_pkg.networks.backends.arrays import network_input
@@ -22,7 +22,7 @@ from openpose_ros_pkg.skeletons import COCO_17, POINT_SETS
 
 MAKERS = dict(np.load(str(Path(__file__).parent / 'makers_outputs.npz')))
 # All that has a score, in float32 of both.
-ALL, TOLERANCE = DirectDecodeParams(direct_joint_score=0.0, direct_person_score=1e-6), {'rtol': 1e-5, 'atol': 1e-5}
+ALL, TOLERANCE = DirectThresholds(joint_score=0.0, person_score=1e-6), {'rtol': 1e-5, 'atol': 1e-5}
 
 
 def people(decoder, tensors, size, points=17):

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.decode.direct import DirectThresholds
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crops
 from openpose_ros_pkg.detect.detection import DepthView
@@ -83,7 +83,7 @@ def test_a_crop_that_shows_another_person_is_no_opinion_on_the_first():
             return [(np.column_stack([xy[:, ::-1] / 256, np.full(len(xy), 0.9)]).astype(np.float32)[None, None],)
                     for xy in of_second]
 
-    setup = Setup(recipe, {MOVENET_THUNDER.name: SecondPerson()}, DecodeParams(), DirectDecodeParams(),
+    setup = Setup(recipe, {MOVENET_THUNDER.name: SecondPerson()}, DecodeParams(), DirectThresholds(),
                   build(DetectorSettings, {'person_min_score': 0.1}))
     found = Networks(SearchedImage(stripes(), setup)).look(persons, [0, 1]).people
     assert found[0].crop is None and found[1].crop is not None

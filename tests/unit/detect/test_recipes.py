@@ -21,7 +21,8 @@ def test_without_thunder_multipose_refines_people_but_fewer():
     assert replace(recipe, refinements=()).without([MOVENET_THUNDER]).refinements == ()
     accurate = MODES['accurate'].without([MOVENET_THUNDER])
     assert accurate.models == (MOBILENET_THIN, MOVENET_MULTIPOSE)
-    assert (len(accurate.refinements), accurate.max_refined) == (4, 20)
+    assert (len(accurate.refinements), accurate.max_refined) == (2, 20)
+    assert SMALL_MODES['balanced'].without([MOVENET_THUNDER]).refinements == SMALL_MODES['fast'].refinements
 
 
 BOX = MODES['balanced'].passes[0].box

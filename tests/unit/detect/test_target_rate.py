@@ -5,7 +5,7 @@ import pytest
 
 from openpose_ros_pkg.detect import recipe_choice
 from openpose_ros_pkg.detect.recipe_choice import fitted_to_rate, foreseen_seconds, recipe_of
-from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams
+from openpose_ros_pkg.detect.recipes import MODES, DetectorParams
 
 THIN = 656 * 368  # pixels of the input that a 960 x 540 image gives
 CLOSER = 256 * 256
@@ -51,11 +51,14 @@ def rate_for(seconds):
     return 0.5 / (seconds * 1.0001)
 
 
-@pytest.mark.parametrize('step', range(len(FASTER)))
-def test_the_most_accurate_that_fits_is_taken(step, monkeypatch):
-    rate = rate_for(foreseen_seconds(FASTER[step], PACE))
-    # there is just time to refine two people
-    assert fitted(MODES['balanced'], rate, monkeypatch) == dataclasses.replace(FASTER[step], max_refined=2)
+@pytest.mark.parametrize('scale, boxes', [(1.0, [(656, 368), (512, 512)]), (0.75, [(488, 272), (384, 384)]),
+                                          (0.1, [(328, 184), (256, 256)])])
+def test_all_inputs_shrink_alike_as_far_as_two_people_can_be_refined(scale, boxes, monkeypatch):
+    recipe = MODES['balanced']
+    of_people = 2 * PACE['movenet_thunder'] * CLOSER
+    of_passes = foreseen_seconds(recipe, PACE) - of_people
+    less = fitted(recipe, rate_for(scale ** 2 * of_passes + of_people), monkeypatch)
+    assert [one.box for one in less.passes] == boxes and less.max_refined == 2
 
 
 @pytest.mark.parametrize('people, refined', [(2.0, 2), (3.5, 3), (6.5, 6), (50.0, 20)])

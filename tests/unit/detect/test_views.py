@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.decode.direct import DirectThresholds
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.crops import CrowdImage, decode_crop, prepare_crops, quarter_turns
 from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, CropRefinement, DetectorSettings, NetworkPass
@@ -46,7 +46,7 @@ def refined(network, person, margin=1.6, mirror=False, size=SIZE, centred=False)
     """Return the pose of the same person on a crop, None where none is."""
     refinement = CropRefinement(MOVENET_MULTIPOSE, margin, mirror, centred=centred)
     prepared, = prepare_crops(CrowdImage(chart(*size), person[None], COCO_18), person[None], refinement)
-    setup = Setup(MODES['fast'], {}, DecodeParams(), DirectDecodeParams(), build(DetectorSettings, {}))
+    setup = Setup(MODES['fast'], {}, DecodeParams(), DirectThresholds(), build(DetectorSettings, {}))
     found = decode_crop(prepared.compute(network), MOVENET_MULTIPOSE, setup).keypoints
     return most_alike(found, person, person[None], SIGMAS)
 

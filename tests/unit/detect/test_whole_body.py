@@ -1,4 +1,6 @@
 """A network for whole bodies on crops: its 133 points come with the people, whatever way these are found."""
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from openpose_ros_pkg.detect.network_detection import NetworkDetection, people_i
 from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
+from openpose_ros_pkg.landmarks.landmark_network import LANDMARKS
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import BODY_25
@@ -27,7 +30,7 @@ LEFT, RIGHT = PEOPLE
 
 CROPS = pytest.mark.parametrize('people', [[], [LEFT], [LEFT, RIGHT]], ids=['none', 'one', 'two'])
 # Smaller ones are not looked at.
-LANDMARKS = LandmarkParams(hands=True, face=True, least_hand_size=2.0, least_face_size=2.0)
+BOTH, SMALL = LandmarkParams(hands=True, face=True), replace(LANDMARKS, least_hand=2.0, least_face=2.0)
 
 
 @pytest.fixture(autouse=True)
@@ -74,7 +77,7 @@ def test_hands_and_faces_of_followed_people_take_no_other_run_of_the_network():
         raise AssertionError(f'{kind.model.name} is loaded')
 
     runs = []
-    for landmarks in (None, LandmarkDetector(LANDMARKS, refuse, whole_body=True)):
+    for landmarks in (None, LandmarkDetector(BOTH, refuse, SMALL, whole_body=True)):
         one, network = detector([LEFT, RIGHT])
         stream = FollowedStream(one, dict.fromkeys(one.setup.networks, 1e-9))
         for i in range(6):
@@ -89,7 +92,7 @@ def test_hands_and_faces_of_followed_people_take_no_other_run_of_the_network():
 def test_the_chain_has_hands_and_faces_of_the_people_in_image_and_space():
     one = detector([LEFT, RIGHT])[0]
     chain = PeopleChain(NetworkDetection(one, NEVER_FOLLOWED), build(EstimatorSettings, {}),
-                        LandmarkDetector(LANDMARKS, lambda kind: None, whole_body=True))
+                        LandmarkDetector(BOTH, lambda kind: None, SMALL, whole_body=True))
     camera = CameraModel(*SIZE, [500.0, 0, 319.5, 0, 500.0, 239.5, 0, 0, 1])
     shown = np.zeros(SIZE[::-1], np.uint8)  # where two round bodies stand before the wall
     for person in (LEFT, RIGHT):

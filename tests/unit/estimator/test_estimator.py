@@ -9,6 +9,8 @@ from estimating import new_estimator, update
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.estimator import PeopleEstimator
 from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.depth import DepthImage
@@ -96,7 +98,7 @@ def test_keypoints_below_a_score_do_not_measure(score, status):
     frame = scene()
     keypoints = frame.people.keypoints.copy()
     keypoints[0, INDEX['left_knee'], 2] = score
-    estimate = shown(frame, people=People2D(COCO_18, keypoints, [1], [-1]), measured_min_score=0.2)
+    estimate = shown(frame, people=People2D(COCO_18, keypoints, [1], [-1]))
     assert estimate.people.status[0, INDEX['left_knee']] == status
     assert errors(estimate, frame)[0, INDEX['left_knee']] < 0.1
 
@@ -117,13 +119,15 @@ def test_without_tracking_nothing_is_remembered():
 def test_a_person_who_shows_too_few_joints_gets_no_id():
     frame = scene()
     few = without_joints(frame.people, ~np.isin(COCO_18.joints, ('neck', 'left_shoulder', 'right_shoulder'))[None])
-    assert len(shown(frame, people=few, birth_joints=3).people_2d) == 1
-    # the parameter speaks of measured joints: keypoints on the wall do not count
+    assert len(shown(frame, people=few).people_2d) == 1
+    # of measured joints: keypoints on the wall do not count
     keypoints = frame.people.keypoints.copy()
     keypoints[0, [INDEX[name] for name in COCO_18.joints if 'wrist' in name or 'ankle' in name], 0] += 70
     odd = without_joints(People2D(COCO_18, keypoints, [1], [-1]), ~np.isin(
         COCO_18.joints, ('neck', 'left_wrist', 'right_wrist', 'left_ankle', 'right_ankle'))[None])
-    assert len(shown(frame, 1, people=odd, birth_joints=5).people_2d) == 0
+    five = replace(METHOD, track=replace(METHOD.track, identity=replace(METHOD.track.identity, birth_joints=5)))
+    assert len(shown(frame, 1, estimator=PeopleEstimator(build(EstimatorSettings, {}), method=five),
+                     people=odd).people_2d) == 0
 
 
 @pytest.mark.parametrize('told', [True, False])

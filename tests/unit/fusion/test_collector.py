@@ -5,17 +5,18 @@ import numpy as np
 import pytest
 
 from openpose_ros_fusion.collector import Collector
+from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.observations import from_space
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import People3D
 
 EMPTY = from_space('', 0.0, People3D.empty(COCO_18), (np.eye(3), np.zeros(3)))
-PATIENCE = 0.5
+PATIENCE = FUSION.collector.patience
 
 
 def play(arrivals, cameras='abc', end=None):
     """Send (arrival, camera, stamp), look in between when the collector asks for it; return (time, update)."""
-    collector = Collector(cameras, PATIENCE)
+    collector = Collector(cameras)
     updates = []
     for arrival, camera, stamp in sorted(arrivals):
         while collector.deadline is not None and collector.deadline < arrival:
@@ -38,7 +39,7 @@ def names(update):
 
 
 def test_cameras_with_one_shutter_make_one_update_each_time_without_waiting():
-    assert Collector('abc', PATIENCE).due(1e9) == [] and Collector('abc', PATIENCE).deadline is None
+    assert Collector('abc').due(1e9) == [] and Collector('abc').deadline is None
     updates, _ = play([each for camera in 'abc' for each in stream(camera, 30.0)])
     assert len(updates) == 60
     assert all(names(update) == 'abc' and time == pytest.approx(update.stamp + 0.01) for time, update in updates)

@@ -1,4 +1,6 @@
 """Hands and faces of people whose bodies are known, by networks that read off the image what they see."""
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -111,8 +113,8 @@ def test_hidden_missing_and_small_hands_are_not_looked_at(detector, reader):
     without[COCO_18.index['right_wrist']] = np.nan, np.nan, 0
     assert detector.detect(image, people(without), None, 'd', 1.0).hands.left.tolist() == [True]
     reader.passes = 0
-    detector.reconfigure(LandmarkParams(hands=True, least_hand_size=113.0))
-    assert len(detector.detect(image, people(body()), None, 'e', 1.0).hands) == reader.passes == 0
+    of_large = LandmarkDetector(LandmarkParams(hands=True), lambda kind: reader, replace(LANDMARKS, least_hand=113.0))
+    assert len(of_large.detect(image, people(body()), None, 'e', 1.0).hands) == reader.passes == 0
 
 
 def test_hand_that_is_followed_takes_one_pass(detector, reader):

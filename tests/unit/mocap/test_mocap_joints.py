@@ -148,13 +148,14 @@ def test_markers_that_no_map_knows_are_named():
     ('joints: {', 'can not be read'),
     ('joint: {nose: A}', 'unknown joint; allowed: description, joints'),
     ('joints: {knee: A}', 'joints: unknown knee; allowed: nose, neck'),
-    ('joints: {nose: []}', r'nose: markers = \[\], expected a name or a list of names'),
-    ('joints: {nose: {markers: A, joints: B}}', 'got markers and joints'),
+    ('joints: {nose: []}', r'nose: \[\], expected a name or a list of names'),
+    ('joints: {nose: {markers: A, joints: B}}', 'unknown joints; allowed: markers, shift'),
+    ('joints: {nose: 3}', 'nose: '), ('joints: {nose: {}}', 'nose: expected one of first_of'),
     ('joints: {nose: {markers: A, side: 1}}', 'unknown side; allowed: markers,'),
     ('joints: {neck: {joints: [left_hip]}, left_hip: A}', 'uses left_hip, which is not among the joints above'),
     ('joints: {nose: {markers: A, shift: {metres: 50, to: B}}}', r'shift by metres = 50, expected a number within -1'),
     ('joints: {left_hip: {hip_centre: up, asis: [A, B], psis: [C]}}', 'expected hip_centre left or right'),
-    ('joints: {left_hip: {hip_centre: left, asis: [A, B]}}', 'psis = None, expected a name'),
+    ('joints: {left_hip: {hip_centre: left, asis: [A, B]}}', 'left_hip: None, expected a name'),
 ])
 def test_wrong_maps_are_refused(tmp_path, text, expected):
     with pytest.raises(BadInputError, match=expected):

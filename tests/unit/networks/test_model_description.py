@@ -17,7 +17,7 @@ from openpose_ros_pkg.networks.model_types import (
 from openpose_ros_pkg.networks.models import find_model, weights_path
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, Limb
 
-DOCS = Path(__file__).parents[3] / 'docs' / 'networks.md'
+ROOT = Path(__file__).parents[3]
 LEAST = {'skeleton': 'BODY_25', 'files': ['net.onnx'], 'outputs': ['heatmaps', 'pafs'], 'decoder': 'paf'}
 ARMS = {
     'joints': ['neck', 'right_shoulder', 'right_wrist', 'left_shoulder', 'left_wrist'],
@@ -84,7 +84,8 @@ def test_inputs_of_known_makers_need_not_be_described(tmp_path, decoder, outputs
 
 
 def test_the_examples_of_the_documentation_are_right(tmp_path):
-    examples = re.findall(r'```yaml\n(.*?)```', DOCS.read_text(), re.DOTALL)
+    examples = [*re.findall(r'```yaml\n(.*?)```', (ROOT / 'docs/networks.md').read_text(), re.DOTALL),
+                (ROOT / 'examples/network.yaml').read_text()]
     assert len(examples) >= 2
     for number, text in enumerate(examples):
         path = tmp_path / f'example_{number}.yaml'
@@ -130,7 +131,8 @@ FIRST = ARMS['limbs'][0]
 @pytest.mark.parametrize('changes, expected', [
     ({'heatmap': 3}, "unknown key heatmap (did you mean 'heatmaps'?); allowed: files"),
     ({'input': 'BGR'}, "input: 'BGR', expected keys of channels"),
-    ({'input': {'scale': 'small'}}, "input: scale = 'small', expected a list"),
+    ({'input': {'scale': 'small'}}, "input: scale = 'small', expected a float"),
+    ({'input': {'mean': None}}, 'input: mean = None, expected a float'),
     ({'input': {'mean': [1, 2]}}, 'input: mean = [1.0, 2.0], expected a number, or three, of the colours'),
     ({'input': {'multiple_of': 12}}, 'expected multiples of stride, which is 8'),
     ({'input': {'fixed_size': [642, 480]}}, 'expected multiples of stride, which is 8'),

@@ -7,18 +7,16 @@ import zipfile
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
-from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect import recipe_choice
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.network_detection import people_in
-from openpose_ros_pkg.detect.recipes import MODES, DetectorParams, DetectorSettings, EnsembleParams
+from openpose_ros_pkg.detect.recipes import MODES, DetectorSettings
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import models, proof, weights, weights_install
-from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.networks.model_types import WeightsFile
 from openpose_ros_pkg.networks.preprocess import fit_image
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_17, COCO_18
 from optional_weights import need_weights
 from stand_in_networks import StandIn, chart
@@ -35,8 +33,7 @@ def similarity_of(text):
 
 
 def settings(**params):
-    return DetectorSettings(DetectorParams(**params), BackendParams(), DecodeParams(), DirectDecodeParams(),
-                            EnsembleParams())
+    return build(DetectorSettings, params)
 
 
 # --- the picture ----------------------------------------------------------------------------------------------------

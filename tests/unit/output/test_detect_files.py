@@ -78,10 +78,9 @@ def test_pictures_are_saved_under_their_names_without_ids(run, shown, tmp_path, 
     folder = tmp_path / 'in'
     for name, level in (('street.png', 20), ('empty.png', 0)):
         picture(folder / name, level)
-    assert run(folder, '--write-json', tmp_path / 'j', '--write-images', tmp_path / 'i', '--set',
-               'write_images_format=jpg') == 0
+    assert run(folder, '--write-json', tmp_path / 'j', '--write-images', tmp_path / 'i') == 0
     assert names(tmp_path / 'j') == ['empty_keypoints.json', 'street_keypoints.json']
-    assert names(tmp_path / 'i') == ['empty_rendered.jpg', 'street_rendered.jpg']
+    assert names(tmp_path / 'i') == ['empty_rendered.png', 'street_rendered.png']
     assert ids_in(tmp_path / 'j/street_keypoints.json') == [-1, -1]
     assert people_in(tmp_path / 'j/street_keypoints.json')[1]['pose_keypoints_2d'][6:8] == [27.0, 2.5]
     assert people_in(tmp_path / 'j/empty_keypoints.json') == []

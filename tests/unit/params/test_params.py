@@ -14,7 +14,6 @@ from openpose_ros_pkg.params.parameters import (
     build,
     flat_values,
     parameter,
-    text_parameter,
     to_yaml,
 )
 
@@ -34,7 +33,7 @@ class Camera(Parameters):
 class Words(Parameters):
     """Texts with words that YAML reads as booleans."""
 
-    place: str = text_parameter('', 'Any text, or off.', words=('off',))
+    place: str = parameter('', 'Any text, or off.', words=('off',))
     answer: str = parameter('yes', 'How sure.', choices=('maybe', 'yes'))
 
 
@@ -110,30 +109,20 @@ def test_yaml_holds_every_default_and_what_it_means():
 
 @dataclasses.dataclass(frozen=True)
 class Gates(Parameters):
-    """One that goes, one that stays, and one that is gone."""
+    """One that stays, and one that is gone."""
 
     retired = ('gone',)
 
-    track_gate: float = parameter(0.5, 'Gate.', unit='m', minimum=0.0)
     stays: int = parameter(1, 'Stays.')
 
 
-@pytest.mark.parametrize('values, gate, told', [
-    ({}, 0.5, ''), ({'track_gate': 0.5}, 0.5, ''),
-    ({'track_gate': 0.7}, 0.7, "parameter 'track_gate' = 0.7 is old: in the next release it is always 0.5"),
-    ({'gone': 9}, 0.5, "parameter 'gone' = 9 is gone, and without effect")])
-def test_old_parameters_work_and_say_that_they_go(values, gate, told, caplog):
+def test_parameters_that_are_gone_are_ignored_with_one_warning_and_in_no_list(caplog):
     with caplog.at_level(logging.WARNING):
-        assert build(Gates, values) == build(Gates, values) == Gates(track_gate=gate)
-    assert [record.getMessage() for record in caplog.records] == [told] * bool(told)
-
-
-def test_old_parameters_are_checked_but_in_no_list():
-    with pytest.raises(ParameterError, match=r"'track_gate' = -1\.0 is not allowed"):
-        build(Gates, {'track_gate': -1.0})
-    for unknown in ('gate', 'limb_samples'):  # which is old, but of another node
+        assert build(Gates, {'gone': 9}) == build(Gates, {'gone': 9}) == build(Gates, {}) == Gates()
+    assert [record.getMessage() for record in caplog.records] == ["parameter 'gone' = 9 is gone, and without effect"]
+    for unknown in ('gate', 'limb_samples'):  # which is gone, but of another node
         with pytest.raises(ParameterError, match=r'allowed: stays$'):
             build(Gates, {unknown: 1})
-    assert accepted_names(Gates) == {'track_gate', 'stays', 'gone'}
+    assert accepted_names(Gates) == {'stays', 'gone'}
     assert read_flags(Gates, ['--gone=3', '--stays', '2'])[0] == {'gone': '3', 'stays': 2}
-    assert 'track_gate' not in to_yaml(Gates)
+    assert 'gone:' not in to_yaml(Gates)

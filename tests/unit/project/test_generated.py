@@ -1,5 +1,7 @@
 """What `./run docs` writes is what the code says."""
-from development.generated import FAULTS, faults_page, find_packages
+import re
+
+from development.generated import FAULTS, ROS_API, faults_page, find_packages, with_parameters
 
 
 def test_the_table_of_faults_is_that_of_the_cases():
@@ -10,3 +12,10 @@ def test_the_table_of_faults_is_that_of_the_cases():
     assert any(row.startswith('| image messages | no data | two/extractor |') for row in rows)
     titles = [tuple(row.split(' | ')[:2]) for row in rows]
     assert len(titles) == len(set(titles)), 'two cases of an area have one title'
+
+
+def test_the_list_of_parameters_is_that_of_the_nodes():
+    find_packages()
+    page = ROS_API.read_text()
+    assert page == with_parameters(page), 'write it again with: ./run docs'
+    assert re.search(r'^\| \[`people_signals_node`\].* \| `fixed_frame=` \| `use_floor=false`, ', page, re.MULTILINE)

@@ -4,7 +4,6 @@ import re
 import yaml
 
 from development import PACKAGES, ROOT
-from development.release import with_section
 from development.ros2 import DEPENDENCIES, NAME, RULES, package_of_ros2
 
 BUILTIN = {'bool', 'float32', 'string', 'uint8', 'uint32'}
@@ -14,14 +13,6 @@ def test_the_citation_has_the_version_and_date_of_the_newest_release():
     citation = yaml.safe_load((ROOT / 'CITATION.cff').read_text())
     assert f'<version>{citation["version"]}</version>' in (PACKAGES[NAME] / 'package.xml').read_text()
     assert f'\n{citation["version"]} ({citation["date-released"]})\n' in (PACKAGES[NAME] / 'CHANGELOG.rst').read_text()
-
-
-def test_a_release_dates_what_is_forthcoming_or_says_that_there_is_nothing():
-    head = '^^^\nTitle\n^^^\n\n'
-    assert with_section(f'{head}Forthcoming\n-----------\n* New\n', '1.1.0', '2026-12-01') == (
-        f'{head}1.1.0 (2026-12-01)\n------------------\n* New\n')
-    assert with_section(f'{head}1.0.0 (2026-01-01)\n------\n* Old\n', '1.1.0', '2026-12-01') == (
-        f'{head}1.1.0 (2026-12-01)\n------------------\n* No changes\n\n1.0.0 (2026-01-01)\n------\n* Old\n')
 
 
 def test_messages_of_ros_2_have_its_names_and_each_field_has_a_rule():

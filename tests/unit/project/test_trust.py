@@ -26,8 +26,7 @@ SOURCES = [path for folder in (*PACKAGES.values(), ROOT / 'development')
 # The only modules that read archives: members whose checksum, or that of their archive, is right, into memory. The
 # doctor writes one.
 READ_ARCHIVES = {'openpose_ros_pkg/src/openpose_ros_pkg/networks/weights_install.py': {'tarfile', 'zipfile'},
-                 'extensions/openpose_ros_bringup/src/openpose_ros_bringup/ros/doctor/program.py': {'zipfile'},
-                 'development/benchmarks/sections/real_cameras.py': {'zipfile'}}
+                 'extensions/openpose_ros_bringup/src/openpose_ros_bringup/ros/doctor/program.py': {'zipfile'}}
 UNPACKING = {'extractall', 'unpack_archive', 'extract'}
 ARCHIVES = {'tarfile', 'zipfile'}
 PICKLES = {'pickle', 'cPickle', 'cloudpickle', 'dill', 'joblib', 'marshal', 'shelve', 'torch'}

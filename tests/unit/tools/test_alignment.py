@@ -29,7 +29,10 @@ def matrix(scene):
     return result
 
 
-def refused_or_doubted(estimate, reference, params=None):
+NOTHING_GIVEN = AlignmentParams()
+
+
+def refused_or_doubted(estimate, reference, params=NOTHING_GIVEN):
     """Whether there is an error or a warning."""
     try:
         return bool(align(estimate.measured(), reference, params).warnings)

@@ -143,7 +143,7 @@ def test_a_file_cut_off_anywhere_loses_its_last_line_at_most(tmp_path, caplog, l
 def test_a_damaged_line_before_the_last_is_an_error(tmp_path):
     names, *lines = text_of([row(person=n) for n in range(3)], 'extended').splitlines()
     lines[1] = lines[1][:100]
-    with pytest.raises(BadInputError, match=r'poses\.csv, line 3: \d+ values, expected 168'):
+    with pytest.raises(BadInputError, match=r'poses\.csv: line 3: \d+ values, expected 168'):
         read(tmp_path, '\n'.join([names, *lines]))
     with pytest.raises(BadInputError, match='line 3: '):
         read(tmp_path, '\n'.join([names, *lines[:2]]) + '\n')
@@ -153,7 +153,7 @@ def test_a_damaged_line_before_the_last_is_an_error(tmp_path):
     ('%time', '1.7e18', '1.7e18'), ('%time', '-1', "column '%time': expected a whole number from 0 to .*, got '-1'"),
     ('field.header.stamp', 'nan', "got ''"), ('field.person_ID', '4294967296', 'from 0 to 4294967295'),
     ('field.num_people_detected', '', "got ''"), ('field.nose.x', '1,5', 'line 3: 169 values'),
-    ('field.neck.y', 'far', 'far'), ('field.neck.status', '1.5', "column 'field.neck.status'"),
+    ('field.neck.y', 'far', 'far'), ('field.neck.status', '1.5', 'a status is no whole number'),
     ('field.neck.status', '256', 'from 0 to 255')])
 def test_a_wrong_value_is_named(tmp_path, name, value, expected):
     names, *lines = text_of([row(person=n) for n in range(3)], 'extended').splitlines()

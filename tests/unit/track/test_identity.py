@@ -8,6 +8,7 @@ import pytest
 from estimating import tracks_of
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import IdentityParams
@@ -41,12 +42,13 @@ def numbered(people):
     return replace(people, ids=np.arange(len(people)))
 
 
-def rows(tracks, frame, of_people=None, people=None, stamp=STAMP, **params):
+def rows(tracks, frame, of_people=None, people=None, stamp=STAMP, **constants):
     people = numbered(frame.people if people is None else people)
     seen = observe(people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
     of_people = of_people or Clothes.unknown(len(people))
     compared = compare(tracks, seen, np.full(len(people), -1))
-    return assign(tracks, of_people, compared, stamp, IdentityParams(**params)).tolist()
+    return assign(tracks, of_people, compared, stamp, IdentityParams(),
+                  replace(METHOD.track.identity, **constants)).tolist()
 
 
 LEFT, RIGHT = (-0.8, 2.6), (0.7, 3.2)
@@ -67,7 +69,7 @@ def test_people_get_the_tracks_that_expect_them_in_any_order():
 
 @pytest.mark.parametrize('step, same', [(0.1, True), (0.4, True), (0.7, False)])
 def test_a_person_who_is_beyond_the_gate_is_another_person(step, same):
-    assert rows(tracks_at((0.0, 2.6)), scene((step, 2.6)), track_gate=0.5) == [0 if same else -1]
+    assert rows(tracks_at((0.0, 2.6)), scene((step, 2.6))) == [0 if same else -1]
 
 
 @pytest.mark.parametrize('own, expected', [(np.zeros((2, 2), bool), [0, 1]), (~np.eye(2, dtype=bool), [1, 0])])
@@ -78,9 +80,9 @@ def test_of_two_who_are_about_as_near_each_has_the_person_on_its_own_crop(own, e
 
 def test_the_gate_grows_while_a_person_is_away():
     tracks = tracks_at((0.0, 2.6), last_seen=STAMP - 1.0)
-    assert rows(tracks, scene((1.2, 2.6)), track_gate=0.5, walking_speed=1.2) == [0]
-    assert rows(tracks, scene((1.2, 2.6)), track_gate=0.5, walking_speed=0.2) == [-1]
-    assert rows(tracks, scene((1.2, 2.6)), stamp=STAMP - 0.9, track_gate=0.5, walking_speed=1.2) == [-1]
+    assert rows(tracks, scene((1.2, 2.6))) == [0]
+    assert rows(tracks, scene((1.2, 2.6)), walking_speed=0.2) == [-1]
+    assert rows(tracks, scene((1.2, 2.6)), stamp=STAMP - 0.9) == [-1]
 
 
 @pytest.mark.parametrize('places', [(LEFT, RIGHT), ((-0.2, 2.6), (0.2, 2.6))], ids=['1.6 m apart', '0.4 m'])

@@ -1,14 +1,11 @@
 """Errors by joint, by distance, by sensor."""
-from typing import Dict
-
 from openpose_ros_pkg.skeletons import COCO_18
 from results import Options, Section, Table
 from results.counting import count
 from results.plots import by_group
 from scoring.counts import by_bin, by_tag, by_value
-from scoring.figures import Figure, figures
+from scoring.figures import figures_of, named, rows_of
 from scoring.people import JOINT_STATISTICS
-from scoring.tables import rows_of
 
 # Columns of the tables. Distances of joints from the camera, along its axis [m].
 COLUMNS = {'visible_median': 'median [mm]', 'visible_90': '90 % [mm]', 'visible_100': 'visible within 100 mm',
@@ -26,25 +23,18 @@ def measure(options: Options) -> Section:
         'joint': by_value(counts, 'joints', 'joint', JOINTS),
         'distance': {f'{name} m': each for name, each in by_bin(counts, 'joints', 'distance', DISTANCES).items()},
         'sensor': by_tag(counts, 'sensor'), 'light': by_tag(counts, 'light')}
-    groups = {title: group for title, group in groups.items() if len(group) > 1}
-    found = {title: {name: figures(each, {key: JOINT_STATISTICS[key] for key in COLUMNS})
-                     for name, each in group.items()} for title, group in groups.items()}
+    statistics = {key: JOINT_STATISTICS[key] for key in COLUMNS}
+    found = {title: figures_of(group, statistics) for title, group in groups.items() if len(group) > 1}
     pictures = [by_group(f'errors_by_{title}', f'Errors by {title}', {
-                             'median of visible joints [mm]': {'': column(each, 'visible_median')},
-                             'share': {'visible within 100 mm': column(each, 'visible_100'),
-                                       'hidden within 150 mm': column(each, 'hidden_150')}})
+                             'median of visible joints [mm]': {'': (each, 'visible_median')},
+                             'share': {'visible within 100 mm': (each, 'visible_100'),
+                                       'hidden within 150 mm': (each, 'hidden_150')}})
                 for title, each in found.items() if title != 'light']
-    named = {f'{key_of(name)}_{key}': figure for each in found.values() for name, one in each.items()
-             for key, figure in one.items()}
+    figures = named({key_of(name): one for each in found.values() for name, one in each.items()})
     shown = {name: title for name, title in COLUMNS.items() if name != 'visible_90'}
     return Section('Mode balanced, on the scenes of the section on accuracy. Distance is that of the joint along the '
-                   'axis of the camera.', named,
-                   [Table('By joint', rows_of(groups['joint'], JOINT_STATISTICS, shown, 'joint'))], pictures)
-
-
-def column(groups: Dict[str, Dict[str, Figure]], name: str) -> Dict[str, Figure]:
-    """Return one figure of each group."""
-    return {group: each[name] for group, each in groups.items()}
+                   'axis of the camera.', figures,
+                   [Table('By joint', rows_of(found['joint'], shown, 'joint'))], pictures)
 
 
 def key_of(group: str) -> str:

@@ -1,6 +1,4 @@
 """Hands and faces."""
-import json
-from pathlib import Path
 from typing import List, Tuple
 
 from scipy.spatial.transform import Rotation
@@ -33,11 +31,11 @@ def measure(options: Options) -> Section:
     networks = {kind.model: create_backend(kind.model, weights_path(
         kind.model, settings.detector.detector.model_folder), settings.detector.backend) for kind in (HAND, FACE)}
     counts, blocks = [], []
-    for folder in scenes_with(options, 'hands', has_hands):
+    for folder in scenes_with(options, 'hands', 'hand_joints'):
         sequence = open_sequence(folder)
         landmarks = LandmarkDetector(LandmarkParams(hands=True, face=True), lambda kind: networks[kind.model])
         chain = PeopleChain(create_detection(settings.detector), settings.estimator, landmarks)
-        found = [(frame.time, *hands_and_faces(chain.update(Frame('', BEGIN + frame.time, frame.bgr, DepthImage(
+        found = [(frame.time, hands_and_faces(chain.update(Frame('', BEGIN + frame.time, frame.bgr, DepthImage(
             frame.depth, sequence.camera))).landmarks)) for frame in sequence]
         counts.append(score_hands(folder, found))
         blocks += [score_hands(folder, found, block) for block in blocks_of(folder, BLOCK)]
@@ -46,11 +44,6 @@ def measure(options: Options) -> Section:
                    'given as wrong. Intervals: bootstrap over scenes, of less than five over halves of a second.',
                    named,
                    [Table('', [['', 'figure'], *([figure.text, figure] for figure in named.values())])])
-
-
-def has_hands(folder: Path) -> bool:
-    """Return whether the truth of a scene has hands."""
-    return 'hand_joints' in json.loads((folder / 'gt.json').read_text())
 
 
 def hands_and_faces(found: Landmarks) -> Tuple[List[Hand], List[Face]]:

@@ -5,9 +5,8 @@ from development.results import read_results
 from results import Options, Section, Table
 from results.counting import count
 from results.plots import trade_off
-from scoring.figures import figures
+from scoring.figures import figures_of, named, rows_of
 from scoring.people import SHORT_TABLE, STATISTICS
-from scoring.tables import rows_of
 
 # Parameters of the chain and, for slow ones, one of so many scenes; by the name of their figures.
 ROWS: Dict[str, Dict[str, Any]] = {
@@ -26,15 +25,14 @@ TITLES = {'mobilenet_thin': 'mobilenet_thin alone', 'movenet_multipose': 'movene
 
 def measure(options: Options) -> Section:
     """Count all modes on a part of the scenes; times are those of the section on speed, where it was measured."""
-    counts = {TITLES.get(name, name): count(options, **row) for name, row in ROWS.items()}
-    named = {f'{name}_{key}': figure for name, each in zip(ROWS, counts.values())
-             for key, figure in figures(each, STATISTICS).items()}
+    found = figures_of({name: count(options, **row) for name, row in ROWS.items()}, STATISTICS)
     times = read_results().get('speed', {}).get('figures', {})
-    points = {TITLES.get(name, name): (times[f'{name}_ms']['value'], named[f'{name}_visible_100'])
+    points = {TITLES.get(name, name): (times[f'{name}_ms']['value'], found[name]['visible_100'])
               for name in ROWS if f'{name}_ms' in times}
     pictures = [trade_off('modes', 'Share of the visible joints within 100 mm against the time of a frame', points, {
         'x': 'ms per frame', 'y': 'visible joints within 100 mm'})] if points else ()
+    table = rows_of({TITLES.get(name, name): each for name, each in found.items()}, SHORT_TABLE, 'mode')
     return Section('Slow modes are measured on a part of the scenes, evenly from the list, so compare rows by their '
                    'intervals. Followed: people are tracked on crops, with that many passes of '
-                   'mobilenet_thin over 656 x 368 per frame (`target_rate` does so live).', named,
-                   [Table('', rows_of(counts, STATISTICS, SHORT_TABLE, 'mode'))], pictures)
+                   'mobilenet_thin over 656 x 368 per frame (`target_rate` does so live).', named(found),
+                   [Table('', table)], pictures)

@@ -1,27 +1,25 @@
 """One camera without depth, in space."""
 from itertools import combinations
-from pathlib import Path
-from typing import Dict, List, NamedTuple, Sequence, Tuple
+from typing import Dict, List, Sequence
 
 import numpy as np
 
 import chain_runs
-from openpose_ros_fusion.fusion import PeopleFusion
-from openpose_ros_fusion.observations import from_image
+from ground_truth import OUTSIDE, VISIBLE, TrueFrame, true_frames
 from openpose_ros_pkg.assignment import match
-from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import values_in
 from openpose_ros_pkg.skeletons import COCO_18
-from results import Options, Section, Table
+from results import NeedsDataError, Options, Section, Table
 from results.counting import QUICK_FRAMES, QUICK_SCENES
 from scoring.counts import Counts
-from scoring.figures import Quantile, figures, of_rows, values_of
+from scoring.figures import Quantile, figures_of, of_rows, values_of
+from scoring.people import found_of
 from sections import real_cameras
 from skeleton_extract_3d.body.body import HIPS
 from skeleton_extract_3d.chain_settings import ChainSettings, create_chain
 from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.people import MISSING, People3D
+from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import NoDepth
 
@@ -39,7 +37,7 @@ STATISTICS = {
     'relative_150': of_rows('joints within 150 mm, from the middle of the hips', 'joints',
                             lambda rows: rows['relative'] < 0.15),
     'visible_150': of_rows('the same, visible joints', 'joints', lambda rows: rows['relative'] < 0.15,
-                           lambda rows: rows['label'] == chain_runs.VISIBLE),
+                           lambda rows: rows['label'] == VISIBLE),
     'relative': Quantile('error from the middle of the hips, median [mm]', values_of('joints', 'relative'), 0.5, 'mm',
                          0, 1e3),
     'distance_10': of_rows('distances within 10 %', 'people', lambda rows: np.abs(rows['distance']) < 0.1,
@@ -53,14 +51,6 @@ TEXT = '''The scenes of the section on accuracy without their depth: people in s
 balanced. Joints in the image, visible or hidden, of found people. Nothing tells the size of a person, unless the floor
 is known and the feet are on it. Last: the first camera of the section on four real cameras, against the people that are
 fused from all of them.'''
-
-
-class Truth(NamedTuple):
-    """The P people of a frame: joints (P, 18, 3) [m], their pixels (P, 18, 2), and labels (P, 18); 0: not in view."""
-
-    xyz: np.ndarray
-    uv: np.ndarray
-    labels: np.ndarray
 
 
 def measure(options: Options) -> Section:
@@ -80,81 +70,50 @@ def measure(options: Options) -> Section:
         networks.forget()
     try:
         counts['real'] = [real_camera(options)]
-    except BadInputError as error:
-        print(f'monocular: without the real camera: {error}')
-    found = {name: figures(each, STATISTICS) for name, each in counts.items()}
+    except NeedsDataError as error:
+        print(f'monocular: without the real camera; it needs {error}')
+    found = figures_of(counts, STATISTICS)
     rows = [['', *(name.replace('_', ' ') for name in found)]]
     rows += [[each.text, *(figures[key] for figures in found.values())] for key, each in STATISTICS.items()]
     return Section(TEXT, {f'{key}_{name}': figure for name, each in found.items() for key, figure in each.items()},
                    [Table('', rows)])
 
 
-def true_frames(folder: Path) -> List[Truth]:
-    """Return the people of the frames of a scene."""
-    truth, order = chain_runs.read_truth(folder)
-    return [Truth(*(np.array([np.array(person[key], np.float64)[order] for person in frame['people']])
-                    for key in ('xyz', 'uv', 'vis'))) for frame in truth['frames']]
-
-
 def real_camera(options: Options) -> Counts:
     """Return the counts of one of four real cameras, against the people that are fused from all."""
-    seen, _ = real_cameras.found_people(real_cameras.cameras(), QUICK_FRAMES if options.quick else 1000)
-    fusion, camera, true, found = PeopleFusion(), seen[0], [], []
-    chain = create_chain(options.settings, monocular=True)
-    rotation, origin = camera.pose
-    for number, (people, image) in enumerate(zip(zip(*(each.people for each in seen)), camera.frames(1000))):
-        stamp = real_cameras.BEGIN + number / real_cameras.RATE
-        fused = fusion.update([from_image(each.name, stamp, one, each.model, each.pose)
-                               for each, one in zip(seen, people)], stamp)
-        xyz = (fused.xyz - origin) @ rotation
-        uv = camera.model.project(xyz.reshape(-1, 3)).reshape(*xyz.shape[:2], 2)
+    seen, _ = real_cameras.found_people(real_cameras.cameras(options), QUICK_FRAMES if options.quick else 1000)
+    camera, true, found = seen[0], [], []
+    chain, (rotation, origin) = create_chain(options.settings, monocular=True), camera.pose
+    for number, (fused, image) in enumerate(zip(real_cameras.fuse(seen), camera.frames(1000))):
+        stamp, uv = real_cameras.BEGIN + number / camera.rate, real_cameras.pixels(camera, fused.xyz)
         inside = ((uv > 0) & (uv < (camera.model.width, camera.model.height))).all(axis=2)
-        true.append(Truth(xyz, uv, np.where(inside, chain_runs.VISIBLE, 0)))
+        labels = np.where(inside, VISIBLE, OUTSIDE)
+        true.append(TrueFrame(stamp, fused.ids, (fused.xyz - origin) @ rotation, labels, uv))
         found.append(chain.update(Frame('', stamp, image, NoDepth(camera.model))).people_3d)
     return count(camera.name, true, found, camera.model)
 
 
-def count(name: str, truth: Sequence[Truth], frames: Sequence[People3D], camera: CameraModel) -> Counts:
+def count(name: str, truth: Sequence[TrueFrame], frames: Sequence[People3D], camera: CameraModel) -> Counts:
     """Return the counts of the people that were found in the first frames of a scene with a name."""
     joints, people, pairs, given = ([np.zeros(0, kind)] for kind in (JOINT, PERSON, RIGHT, RIGHT))
-    for true, found in zip(truth, map(_in_coco_18, frames)):
-        pixels = camera.project(found.xyz.reshape(-1, 3).astype(np.float64)).reshape(*found.xyz.shape[:2], 2)
-        apart = np.array([[chain_runs.apart_in_image(each, *one) for each in pixels]
-                          for one in zip(true.uv, true.labels)])
-        people.append(np.zeros(len(true.xyz), PERSON))
-        people[-1]['shown'] = [(each == chain_runs.VISIBLE).sum() >= LEAST_SHOWN for each in true.labels]
-        given.append(np.zeros(len(found), RIGHT))
-        distances = []
-        for number, row in match(apart, apart < SAME_IN_IMAGE) if apart.size else []:
-            middles = true.xyz[number][HIPS].mean(axis=0), found.xyz[row][HIPS].mean(axis=0)
+    for true, each in zip(truth, frames):
+        found = found_of(each)
+        apart = true.apart_in_image(camera.project(found.xyz).reshape(*found.xyz.shape[:2], 2))
+        there, right, distances = np.zeros(len(true.xyz), PERSON), np.zeros(len(found.ids), RIGHT), []
+        there['shown'] = (true.labels == VISIBLE).sum(axis=1) >= LEAST_SHOWN
+        for number, row in match(apart, apart < SAME_IN_IMAGE):
+            middles = [xyz[HIPS].mean(axis=0) for xyz in (true.xyz[number], found.xyz[row])]
             distances.append(np.linalg.norm(middles, axis=1))
-            people[-1]['found'][number], given[-1]['right'][row] = True, True
-            people[-1]['distance'][number] = distances[-1][1] / distances[-1][0] - 1
-            joints.append(_joints(found, row, true, number, middles))
-        pairs.append(_pairs(distances))
-        given[-1] = given[-1][found.confidence.any(axis=1)]
+            there['found'][number], right['right'][row] = True, True
+            there['distance'][number] = distances[-1][1] / distances[-1][0] - 1
+            rows, off = np.zeros(len(COCO_18.joints), JOINT), found.xyz[row] - true.xyz[number]
+            rows['relative'] = np.linalg.norm(off - (middles[1] - middles[0]), axis=1)
+            rows['error'], rows['sigma'] = np.linalg.norm(off, axis=1), found.sigma[row]
+            rows['label'] = true.labels[number]
+            joints.append(rows[(rows['label'] != OUTSIDE) & np.isfinite(rows['error'])])
+        people.append(there)
+        pairs.append(np.array([((one < other)[0] == (one < other)[1],) for one, other in combinations(distances, 2)
+                               if abs(one - other)[0] > SAME_DISTANCE], RIGHT))
+        given.append(right[values_in(each.confidence, each.skeleton, COCO_18, 0.0).any(axis=1)])
     tables = {'joints': joints, 'people': people, 'pairs': pairs, 'given': given}
     return Counts(name, {}, {}, {key: np.concatenate(rows) for key, rows in tables.items()})
-
-
-def _in_coco_18(people: People3D) -> People3D:
-    xyz, sigma, score, status = (values_in(values, people.skeleton, COCO_18, missing) for values, missing in (
-        (people.xyz, np.nan), (people.sigma, np.nan), (people.confidence, 0.0), (people.status, MISSING)))
-    return People3D(COCO_18, xyz, score, status, sigma, people.ids)
-
-
-def _joints(found: People3D, row: int, true: Truth, number: int, middles: Tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Return the rows of the joints of a person, a row of those that were found and a number of the true ones, with the
-    true and the found middle of the hips [m].
-    """
-    rows, off = np.zeros(len(found.skeleton.joints), JOINT), found.xyz[row] - true.xyz[number]
-    rows['relative'] = np.linalg.norm(off - (middles[1] - middles[0]), axis=1)
-    rows['error'], rows['sigma'] = np.linalg.norm(off, axis=1), found.sigma[row]
-    rows['label'] = true.labels[number]
-    return rows[(rows['label'] > 0) & np.isfinite(rows['error'])]
-
-
-def _pairs(distances: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the rows of the pairs of people with true and found distances, (2,) each [m]."""
-    return np.array([((one < other)[0] == (one < other)[1],) for one, other in combinations(distances, 2)
-                     if abs(one - other)[0] > SAME_DISTANCE], RIGHT)

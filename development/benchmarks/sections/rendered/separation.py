@@ -1,13 +1,11 @@
 """People and a robot: how near they are, and how the bound below that holds."""
-import json
 from typing import Dict, List
 
 from results import Options, Section, Table
 from results.counting import count, people_of
 from scoring.counts import Counts
-from scoring.figures import figures
+from scoring.figures import figures_of, named, rows_of
 from scoring.separation import GAPS, RATE, ROBOTS, STATISTICS, Delivery, score_separation
-from scoring.tables import rows_of
 
 CASES = {'as_they_come': ('all frames, 100 ms late', Delivery()),
          'dropped': ('every other frame', Delivery(every=2)),
@@ -22,15 +20,12 @@ COLUMNS = {'broken': 'bound broken', 'broken_known': 'of bounds above 0, person 
 def measure(options: Options) -> Section:
     """Bound the distances of the people of mode balanced from links of simulated robots."""
     counts: Dict[str, List[Counts]] = {name: [] for name in CASES}
-    scenes = list(options.scenes)
-    for folder, each in zip(scenes, count(options, {'mode': 'balanced'})):
-        truth = json.loads((folder / 'gt.json').read_text())['frames'][:int(each.sums['frames'])]
-        found = people_of(each, [frame['t'] for frame in truth])
+    for folder, each in zip(options.scenes, count(options, {'mode': 'balanced'})):
+        found = people_of(folder, each)
         for name, (_, delivery) in CASES.items():
             counts[name].append(score_separation(folder, found, delivery))
-    named = {f'{name}_{key}': figure for name, each in counts.items() for key, figure in figures(
-        each, STATISTICS).items()}
-    table = rows_of({title: counts[name] for name, (title, _) in CASES.items()}, STATISTICS, COLUMNS, 'people come')
+    cases = figures_of(counts, STATISTICS)
+    table = rows_of({title: cases[name] for name, (title, _) in CASES.items()}, COLUMNS, 'people come')
     return Section(
         f'{len(counts["off"])} scenes, mode balanced; in each {ROBOTS} robots of three links, two that stand and one '
         f'that swings, drawn {GAPS[0]:g} to {GAPS[1]:g} m from people. A bound of probability 0.99 counts at {RATE:g} '
@@ -38,4 +33,4 @@ def measure(options: Options) -> Section:
         'bounds of 0, and people that the chain had not found before. Feet, which the truth has not, do not count. '
         'Slack: true distance less bound, where the nearest person has a visible joint. Last column: greatest age of '
         'people with a bound above '
-        '0.', named, [Table('', table)])
+        '0.', named(cases), [Table('', table)])

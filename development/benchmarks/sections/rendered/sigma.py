@@ -9,9 +9,8 @@ from results import Options, Section, Table
 from results.counting import count
 from results.plots import by_group
 from scoring.counts import Counts, by_bin, by_tag, by_value
-from scoring.figures import Quantile, figures
+from scoring.figures import Quantile, figures_of, named, rows_of
 from scoring.people import within_sigmas
-from scoring.tables import rows_of
 from sections.rendered.errors import DISTANCES, JOINTS
 from skeleton_extract_3d.people import INFERRED, MEASURED
 from skeleton_extract_3d.track.calibration import change, kinds_of, share_measured
@@ -29,17 +28,15 @@ def measure(options: Options) -> Section:
     """Count how many errors of mode balanced are within sigma and twice that, by what is known of a joint."""
     counts = count(options, {'mode': 'balanced'})
     bins, before = bins_of(counts), bins_of([uncalibrated(each) for each in counts])
-    found, bare = ({name: figures(each, STATISTICS) for name, each in groups.items()} for groups in (bins, before))
+    found, bare = figures_of(bins, STATISTICS), figures_of(before, STATISTICS)
     picture = by_group('sigma', 'Errors within sigma and twice sigma, before and after its calibration', {
-        f'share within {number} sigma': {title: {name: each[f'within_{number}_sigma'] for name, each in groups.items()}
-                                         for title, groups in (('calibrated', found), ('before', bare))}
-        for number in (1, 2)})
-    named = {f'{name.lower()}_{key}': figure for name in ('all', 'MEASURED', 'INFERRED') if name in found
-             for key, figure in found[name].items()}
-    shown = {name: each for name, each in bins.items() if name in ('all', 'MEASURED', 'INFERRED') or 'mm' in name}
+        f'share within {number} sigma': {title: (groups, f'within_{number}_sigma') for title, groups in (
+            ('calibrated', found), ('before', bare))} for number in (1, 2)})
+    whole = {name.lower(): each for name, each in found.items() if name in ('all', 'MEASURED', 'INFERRED')}
+    shown = {name: each for name, each in found.items() if name.lower() in whole or 'mm' in name}
     return Section('Sigma is calibrated on other scenes: of 100 joints 95 are to be within 2 sigma; within 1 are more '
-                   'than the 42 of normal errors. Scenes of the section on accuracy, mode balanced.', named,
-                   [Table('', rows_of(shown, STATISTICS, COLUMNS, 'joints'))], [picture])
+                   'than the 42 of normal errors. Scenes of the section on accuracy, mode balanced.', named(whole),
+                   [Table('', rows_of(shown, COLUMNS, 'joints'))], [picture])
 
 
 def bins_of(counts: Sequence[Counts]) -> Dict[str, List[Counts]]:

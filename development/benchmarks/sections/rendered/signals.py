@@ -2,14 +2,15 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Dict, List, Tuple
+from typing import List, Tuple
 
 import numpy as np
 
-from chain_runs import Frames, camera_poses, true_people
+from chain_runs import Frames, camera_poses
+from ground_truth import true_frames
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.reader import SignalReader
-from openpose_ros_signals.records import PersonSignals, Ray
+from openpose_ros_signals.records import PersonSignals
 from results import NeedsDataError, Options, Section, Table, scenes_with
 from results.counting import count, people_of
 from scoring.counts import Counts, blocks_of
@@ -34,14 +35,14 @@ def measure(options: Options) -> Section:
     Scenes with labels are among the rendered ones, or in --data signals=FOLDER.
     """
     plain = [false_gestures(folder, each) for folder, each in zip(options.scenes, count(options, {'mode': 'balanced'}))
-             if not has_labels(folder)]
+             if 'targets' not in json.loads((folder / 'gt.json').read_text())]
     named = figures(plain, FALSE)
     tables = [Table('Gestures that are not made', [['', 'figure'], *([each.text, each] for each in named.values())])]
     counts, blocks = [], []
     try:
-        folders = scenes_with(options, 'signals', has_labels)
+        folders = scenes_with(options, 'signals', 'targets')
         for folder, each in zip(folders, count(replace(options, scenes=folders, quick=False), {'mode': 'balanced'})):
-            people = found_in(folder, each)
+            people = people_of(folder, each)
             labels = labels_of(people, signals_of(people, camera_poses(folder)))
             counts.append(score_signals(folder, labels))
             blocks += [score_signals(folder, labels, part=block) for block in blocks_of(folder)]
@@ -60,17 +61,6 @@ def measure(options: Options) -> Section:
                    'scenes, of less than five over their seconds.', {**named, **labelled}, tables)
 
 
-def has_labels(folder: Path) -> bool:
-    """Return whether the truth of a scene has labels."""
-    return 'targets' in json.loads((folder / 'gt.json').read_text())
-
-
-def found_in(folder: Path, counts: Counts) -> Frames:
-    """Return the people that were found in a scene."""
-    truth = json.loads((folder / 'gt.json').read_text())['frames'][:int(counts.sums['frames'])]
-    return people_of(counts, [frame['t'] for frame in truth])
-
-
 def signals_of(frames: Frames, poses: np.ndarray) -> Signals:
     """Return the signals of people, by the camera's poses (F, 4, 4); in the world where it moves, else in its frame."""
     reader, signals, moves = SignalReader(), [], bool((poses != poses[0]).any())
@@ -83,25 +73,21 @@ def signals_of(frames: Frames, poses: np.ndarray) -> Signals:
 
 def labels_of(frames: Frames, signals: Signals) -> List[Tuple[float, List[Person]]]:
     """Return the labels of people, as they are scored."""
-    labels = []
+    labels: List[Tuple[float, List[Person]]] = []
     for (stamp, people), (_, persons) in zip(frames, signals):
-        necks = dict(zip(people.ids.tolist(), people.xyz[:, COCO_18.index['neck']]))
-        labels.append((stamp, [Person(necks[person.id], _labels_of(person)) for person in persons]))
+        labels.append((stamp, []))
+        for person in persons:
+            name = LABEL_OF_POSTURE.get(person.posture.name)
+            own = {name: Label()} if name else {}
+            for gesture in person.gestures:
+                arm, pointing = gesture.arm.replace('both', ''), gesture.pointing
+                rays = [Label(arm, ray.origin, ray.direction, ray.sigma) for ray in (
+                    () if pointing is None else (pointing, pointing.eye_ray, pointing.arm_ray))]
+                own[gesture.name] = Label(arm) if not rays else rays[0]._replace(
+                    styles=dict(zip(('eye', 'shoulder'), rays[1:])))
+            neck = people.xyz[people.ids.tolist().index(person.id), COCO_18.index['neck']]
+            labels[-1][1].append(Person(neck, own))
     return labels
-
-
-def _labels_of(person: PersonSignals) -> Dict[str, Label]:
-    name = LABEL_OF_POSTURE.get(person.posture.name)
-    labels = {name: Label()} if name else {}
-    for gesture in person.gestures:
-        arm, ray = gesture.arm.replace('both', ''), gesture.pointing
-        labels[gesture.name] = Label(arm) if ray is None else _ray_of(arm, ray)._replace(
-            styles={'eye': _ray_of(arm, ray.eye_ray), 'shoulder': _ray_of(arm, ray.arm_ray)})
-    return labels
-
-
-def _ray_of(arm: str, ray: Ray) -> Label:
-    return Label(arm, ray.origin, ray.direction, ray.sigma)
 
 
 def intervals(signals: Signals) -> List[Tuple[float, float, int, str, str]]:
@@ -117,8 +103,8 @@ def intervals(signals: Signals) -> List[Tuple[float, float, int, str, str]]:
 
 def false_gestures(folder: Path, counts: Counts) -> Counts:
     """Return the seconds of a scene, and the number of gestures that its true joints do not make."""
-    people, poses = found_in(folder, counts), camera_poses(folder)
-    true = intervals(signals_of(true_people(folder), poses))
+    people, poses = people_of(folder, counts), camera_poses(folder)
+    true = intervals(signals_of([(frame.time, frame.people) for frame in true_frames(folder)], poses))
     false = sum(not any(name == other[3] and other[0] - NEAR <= end and other[1] + NEAR >= start for other in true)
                 for start, end, _, name, _ in intervals(signals_of(people, poses)))
     return Counts(counts.scene, counts.tags, {'false': false, 'seconds': people[-1][0] - people[0][0]}, {})

@@ -13,9 +13,9 @@ own no bound is known. A part that is not MEASURED is also
 within reach of the nearest joint that is, of which the same is said. Errors have heavier tails than normal ones:
 Student's t with three degrees of freedom.
 
-**The bound** is the greatest b with which the probability that a person is nearer than b is 1 - p at most, as a sum
-over people (Boole). Of one person the part and link count with which that is most probable: errors of the joints of a
-body depend on each other, as those of one depth, one size and one identity.
+**The bound** is the largest b for which P(a person is nearer than b) <= 1 - p, where P is the sum over people (Boole).
+Of one person the most probable pair of part and link is taken: errors of the joints of a body are dependent, as they
+share one depth, one size and one identity.
 """
 import math
 from dataclasses import dataclass, replace

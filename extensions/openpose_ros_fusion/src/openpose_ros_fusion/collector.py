@@ -43,7 +43,6 @@ class Collector:
 
     Args:
         cameras: names of all that may send.
-        patience: longest time that a message waits for those of other cameras [s].
 
     Attributes:
         dropped: messages by camera that were replaced by newer ones before an update.
@@ -51,9 +50,8 @@ class Collector:
         cameras_out_of_time: names of those whose newest message was.
     """
 
-    def __init__(self, cameras: Sequence[str], patience: float, constants: CollectorConstants = FUSION.collector
-                 ) -> None:
-        self._patience, self._constants = patience, constants
+    def __init__(self, cameras: Sequence[str], constants: CollectorConstants = FUSION.collector) -> None:
+        self._constants = constants
         self._cameras = {name: _Camera() for name in cameras}
         self.dropped, self.out_of_time = dict.fromkeys(cameras, 0), dict.fromkeys(cameras, 0)
         self.cameras_out_of_time: Set[str] = set()
@@ -70,7 +68,7 @@ class Collector:
             return None
         delay = max((camera.delay for camera in self._cameras.values() if self._is_expected(camera, self._opened)),
                     default=0.0)
-        return self._opened + min(self._constants.least_wait + delay, self._patience)
+        return self._opened + min(self._constants.least_wait + delay, self._constants.patience)
 
     def add(self, sighting: Sighting, now: float) -> List[Update]:
         """Take a sighting; return the updates that are complete by it.

@@ -85,6 +85,9 @@ class MotionConstants:
 class CollectorConstants:
     """Which messages of the cameras make one update."""
 
+    patience: float = constant(
+        0.5, 'People of one camera wait for those of the others that belong to the same time as long as these usually '
+             'take, and at most for this long.', unit='s')
     near: float = constant(0.5, 'Messages whose stamps are this share of the shortest period apart make one update.')
     most_near: float = constant(0.04, 'The same in seconds, at most: people move in between.', unit='s')
     least_wait: float = constant(0.05, 'Wait for a camera beyond its usual delay.', unit='s')

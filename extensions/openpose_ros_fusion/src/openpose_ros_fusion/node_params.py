@@ -11,7 +11,7 @@ from openpose_ros_pkg.params.parameters import parameter
 class FusionParams(DemandParams):
     """Whose people are fused, and in which frame."""
 
-    retired = ('people_topic', 'keypoints_topic', 'camera_info_topic', 'tf_timeout', 'correct_clocks')
+    retired = ('people_topic', 'keypoints_topic', 'camera_info_topic', 'tf_timeout', 'correct_clocks', 'patience')
 
     cameras: str = parameter('camera1 camera2', 'Cameras with depth: the namespaces of their chains, separated by '
                                                 'spaces.')
@@ -22,9 +22,6 @@ class FusionParams(DemandParams):
                                           'move. With rig: the fixed frame of that file.')
     rig: str = parameter('', 'File of calibrate_cameras that says where the cameras stand, and by which time their '
                              'clocks differ; empty: tf says where they stand at the stamp of their people.')
-    patience: float = parameter(0.5, 'People of one camera wait this long at most for those of the others that belong '
-                                     'to the same time, and not longer than the others usually take.', unit='s',
-                                minimum=0.0, maximum=10.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -5,7 +5,7 @@ from typing import Callable, NamedTuple, Optional, Tuple
 import numpy as np
 
 from openpose_ros_pkg.params.nodes import DemandParams
-from openpose_ros_pkg.params.parameters import direction, direction_parameter, parameter
+from openpose_ros_pkg.params.parameters import direction, parameter
 
 # Points are thinned to their mean in each cube of this size, so that near surfaces do not outvote far ones [m].
 _CELL = 0.06
@@ -47,9 +47,9 @@ class FloorParams(DemandParams):
     retired = ('points', 'gravity_tolerance', 'thickness', 'least_area', 'most_below', 'most_tilt_sigma',
                'smoothing_time', 'rate', 'tolerance', 'range')
 
-    up: str = direction_parameter(
+    up: str = parameter(
         '0 -1 0', "Direction upwards in the frame of the cloud: three numbers. The default is the image's up: of a "
-                  'camera that is tilted or rolled by less than 40 degrees.')
+                  'camera that is tilted or rolled by less than 40 degrees.', is_direction=True)
     gravity_frame: str = parameter('', 'Frame of tf whose z axis is up, such as base_link or odom: used instead of '
                                        '`up`, with a tolerance of 10 degrees. Empty: none.')
     least_height: float = parameter(

@@ -5,7 +5,7 @@ from typing import Any, Dict, Type
 import numpy as np
 
 from openpose_ros_pkg.params.nodes import DemandParams
-from openpose_ros_pkg.params.parameters import Parameters, direction, direction_parameter, parameter
+from openpose_ros_pkg.params.parameters import Parameters, direction, parameter
 from skeleton_extract_3d.points.transform import UPRIGHT
 
 
@@ -13,9 +13,9 @@ from skeleton_extract_3d.points.transform import UPRIGHT
 class UprightParams(Parameters):
     """Where up is."""
 
-    up: str = direction_parameter(
+    up: str = parameter(
         '0 -1 0', 'Upwards in the frame of the people, where no fixed frame and no plane of the floor says it: three '
-                  'numbers.')
+                  'numbers.', is_direction=True)
 
     @property
     def upwards(self) -> np.ndarray:

@@ -16,7 +16,6 @@ from openpose_ros_pkg.output.files import check_outputs, naming
 class _Output(NamedTuple):
     part: Path
     path: Path
-    lock: int  # open file
     move: Callable[[], object]  # to its place
 
 
@@ -29,7 +28,7 @@ class PartFiles:
 
     def __init__(self) -> None:
         self._outputs: List[_Output] = []
-        self._begun: Optional[Path] = None  # made, but not yet one of the outputs: an interrupt may come between
+        self._locks: List[int] = []  # open files
 
     def file(self, path: Path) -> Path:
         """Return the temporary path to write a file to; its folder is made.
@@ -37,8 +36,8 @@ class PartFiles:
         Raises:
             ParameterError: another program is making the same output.
         """
-        part = self._begun = _part(path)
-        self._add(part, path, os.O_RDWR | os.O_CREAT, lambda: part.replace(path))
+        part = _part(path)
+        self._begin(_Output(part, path, lambda: part.replace(path)), os.O_RDWR | os.O_CREAT)
         os.truncate(str(part), 0)
         return part
 
@@ -48,9 +47,8 @@ class PartFiles:
         Args:
             is_own: tells by its name whether a file there is one of this output; older ones are deleted.
         """
-        part = self._begun = _part(path)
-        part.mkdir(exist_ok=True)
-        self._add(part, path, os.O_RDONLY, lambda: _merge(part, path, is_own))
+        part = _part(path)
+        self._begin(_Output(part, path, lambda: _merge(part, path, is_own)), os.O_RDONLY, part.mkdir)
         for left in part.iterdir():
             _delete(left)
         return part
@@ -68,24 +66,23 @@ class PartFiles:
         finally:
             if isinstance(error, OSError):
                 self._name_output(error)
-            if self._begun is not None:
-                _delete(self._begun)
             for output in self._outputs:
                 _delete(output.part)
-                os.close(output.lock)
+            for lock in self._locks:
+                os.close(lock)
 
-    def _add(self, part: Path, path: Path, flags: int, move: Callable[[], object]) -> None:
-        lock = os.open(str(part), flags, 0o666)
+    def _begin(self, output: _Output, flags: int, make: Callable[[], object] = lambda: None) -> None:
+        self._outputs.append(output)  # before it is made: an interrupt may come between
+        with suppress(FileExistsError):
+            make()
+        self._locks.append(os.open(str(output.part), flags, 0o666))
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(self._locks[-1], fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            self._begun = None
-            os.close(lock)
-            raise ParameterError(f'another program is making {path}') from None
+            self._outputs.pop()
+            raise ParameterError(f'another program is making {output.path}') from None
         except OSError:
             pass  # a file system without locks
-        self._outputs.append(_Output(part, path, lock, move))
-        self._begun = None
 
     def _move_all(self) -> None:
         """Move all outputs one right after the other, when the disk has all of them."""
@@ -110,10 +107,11 @@ def output_file(path: Path, overwrite: bool, inputs: Sequence[Path] = ()) -> Ite
         inputs: which are never replaced.
 
     Raises:
-        ParameterError: the file exists already, is a folder or an input, or can not be written.
+        ParameterError: the file exists already, is a folder or an input.
+        OSError: it can not be written, with its name; as for `output_folder`.
     """
     check_outputs([path], overwrite, inputs)
-    with _refused(path), PartFiles() as parts:
+    with naming(path), PartFiles() as parts:
         yield parts.file(path)
 
 
@@ -127,7 +125,7 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
         own: names that a folder of this command contains; one with other files is never replaced.
 
     Raises:
-        ParameterError: the folder exists already, contains something else, or can not be written.
+        ParameterError: the folder exists already, or contains something else.
     """
     content = [item.name for item in files_of(path, lambda name: True)]
     if content and not overwrite:
@@ -137,7 +135,7 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
     if foreign:
         raise ParameterError(f"{path} holds '{foreign[0]}', which is not this command's, so it is not overwritten; "
                              'name another folder')
-    with _refused(path), PartFiles() as parts:
+    with naming(path), PartFiles() as parts:
         yield parts.folder(path.resolve(), own.__contains__)
 
 
@@ -150,14 +148,6 @@ def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
     if folder.exists() and not folder.is_dir():
         raise ParameterError(f'{folder} is a file; name a folder')
     return sorted(path for path in folder.iterdir() if is_own(path.name)) if folder.is_dir() else []
-
-
-@contextmanager
-def _refused(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise ParameterError(f'{error.filename or path} can not be written: {error.strerror or error}') from error
 
 
 def _part(path: Path) -> Path:

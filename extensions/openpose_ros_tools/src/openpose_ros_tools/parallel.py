@@ -16,7 +16,7 @@ from concurrent.futures import (
 )
 from contextlib import closing, contextmanager, suppress
 from itertools import repeat
-from typing import Any, Callable, Deque, Generator, Iterable, Iterator, List, Mapping, Optional, Set, Tuple, TypeVar
+from typing import Any, Callable, Deque, Generator, Iterable, Iterator, List, Mapping, Optional, Tuple, TypeVar
 
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 
@@ -114,15 +114,10 @@ def _processes(workers: int) -> Iterator[Submit]:
         closed.set()
         for future in running:
             future.cancel()
-        begin = time.monotonic()
-        signalled: Set[Optional[int]] = set()
+        end = time.monotonic() + _ENDING
         while wait(running, 0.1).not_done:
             for process in multiprocessing.active_children():
-                if time.monotonic() - begin > _ENDING:
-                    process.kill()
-                elif process.pid not in signalled:
-                    signalled.add(process.pid)
-                    process.terminate()
+                (process.terminate if time.monotonic() < end else process.kill)()
         threads.shutdown()
 
 
@@ -151,6 +146,7 @@ def _begin(parent: int) -> None:
 
 
 def _interrupt(number: int, _: object) -> None:
+    signal.signal(number, signal.SIG_IGN)  # it is sent until the process has ended
     raise KeyboardInterrupt(number)
 
 

@@ -7,13 +7,13 @@ from typing import Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_folder import default_model_folder
-from openpose_ros_pkg.networks.model_types import NpmArchive
+from openpose_ros_pkg.networks.model_types import Archive
 from openpose_ros_pkg.networks.models import file_digest
 from openpose_ros_pkg.networks.weights_install import archive_member, fetch_archive, say
 from openpose_ros_pkg.output.files import write_whole
 
 # Under the MIT licence. From 0.172 on the library is two files.
-ARCHIVE = NpmArchive(
+ARCHIVE = Archive(
     project='three', version='0.170.0', file='three-0.170.0.tgz',
     sha256='4a608a355dcaba72e0e5383cdc814303f5b6060b43c238cdf6932dceb699238d', member='', author='three.js authors')
 # Members of the archive, and SHA-256 of the files as they are kept.

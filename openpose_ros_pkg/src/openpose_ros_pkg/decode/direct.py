@@ -16,22 +16,18 @@ from openpose_ros_pkg.ensemble import sigmas as joint_sigmas
 from openpose_ros_pkg.ensemble import similarity, surest
 from openpose_ros_pkg.networks.model_types import Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet
-from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import WHOLE_BODY_POINTS, Poses, keypoints_in
 from openpose_ros_pkg.skeletons import POINT_SETS
 
 
 @dataclass(frozen=True)
-class DirectDecodeParams(Parameters):
+class DirectThresholds:
     """Thresholds for networks that find people themselves, without confidence maps of the image."""
 
-    direct_joint_score: float = parameter(
-        0.05, 'Confidence that a joint needs. MoveNet also places occluded joints, with 0.1 and below. Raise it (0.3) '
-              'to keep only joints that are clearly visible.', minimum=0.0, maximum=1.0)
-    direct_person_score: float = parameter(
-        0.0, 'Score that a person needs; 0: the one for the network, 0.15 for MoveNet, 0.7 for RTMO, 0.25 for '
-             'YOLO-pose, 0.3 for SimCC (RTMPose) and YOLOX, 0.15 for PicoDet, 0.06 for PP-TinyPose.',
-        minimum=0.0, maximum=1.0)
+    joint_score: float = constant(
+        0.05, 'Confidence that a joint needs. MoveNet also places occluded joints, with 0.1 and below.')
+    person_score: float = constant(0.0, 'Score that a person needs; 0: the one for the network.')
 
 
 # Of two detections with a greater similarity (OKS, of the joints that both have) the less sure one goes. Unlike the
@@ -61,7 +57,7 @@ _KINDS: Dict[str, _Kind] = {
     Decoder.HEAT_MAPS: _Kind(decode_heat_maps, 0.06)}
 
 
-def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDecodeParams, seen: ImageToNet) -> Poses:
+def decode_direct(outputs: Sequence[np.ndarray], model: Model, thresholds: DirectThresholds, seen: ImageToNet) -> Poses:
     """Turn the outputs for one image into people.
 
     Args:
@@ -77,9 +73,9 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     if model.output_scale != 1:
         outputs = [output * np.float32(model.output_scale) for output in outputs]
     overlap = () if kind.overlap is None else (kind.overlap,)
-    decoded = kind.decode(outputs, params.direct_person_score or kind.person, seen.net_size, *overlap)
+    decoded = kind.decode(outputs, thresholds.person_score or kind.person, seen.net_size, *overlap)
     source, target = POINT_SETS[model.points], model.skeleton
-    points = only_seen(decoded.points, (*seen.offset, *seen.scaled_size), params.direct_joint_score)
+    points = only_seen(decoded.points, (*seen.offset, *seen.scaled_size), thresholds.joint_score)
     # before people are compared: the place of a joint out of sight is chance
     people = keypoints_in(points, source, target)
     kept = np.flatnonzero((people[..., 2] > 0).any(axis=1) & np.isfinite(decoded.scores))

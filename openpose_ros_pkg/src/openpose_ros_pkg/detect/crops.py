@@ -116,8 +116,7 @@ def found_by(one: NetworkPass, views: Sequence[ComputedView], bgr: np.ndarray, s
     if one.crop is None:
         return [in_joints(poses, one.skeleton, joints) for poses in decode_views(one, views, setup)]
     people = np.zeros((0, len(joints.joints), 3), np.float32) if known is None else known
-    least = setup.settings.direct.direct_person_score
-    found = [decode_boxes(view.outputs, least, view.view.net_size, one.model.decoder) for view in views]
+    found = [decode_boxes(view.outputs, 0.0, view.view.net_size, one.model.decoder) for view in views]
     boxes = np.concatenate([view.view.boxes_in_image(each.boxes) for view, each in zip(views, found)])
     scores = np.concatenate([each.scores for each in found])
     overlap = BOXES.picodet_overlap if one.model.decoder == Decoder.PICODET else BOXES.yolox_overlap

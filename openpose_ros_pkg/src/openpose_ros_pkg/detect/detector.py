@@ -5,16 +5,17 @@ from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.decode.direct import DirectThresholds
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.recipe_choice import chosen_for_rate, fitted_to_rate, recipes_of
-from openpose_ros_pkg.detect.recipes import BEST, MODES, DetectorParams, DetectorSettings, Recipe
+from openpose_ros_pkg.detect.recipes import BEST, DetectorParams, DetectorSettings, Recipe
 from openpose_ros_pkg.detect.views import Setup
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarkNetwork, exact
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.model_registry import OPTIONAL, POSE_LANDMARK
 from openpose_ros_pkg.networks.model_types import Model
-from openpose_ros_pkg.networks.models import published, weights_path
+from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 _log = logging.getLogger(__name__)
@@ -185,14 +186,13 @@ class Detector:
         recipes, rate = recipes_of(params), params.target_rate if params.mode != 'accurate' else 0.0
         follows = bool(recipes[0].refinements) and self._following.wanted(params)
         if rate > 0 and len(recipes) > 1:
-            chosen = chosen_for_rate(recipes, self._networks.load_any, rate, follows, self.threads)
+            chosen = chosen_for_rate(recipes[:-1], self._networks.load_any, rate, follows, self.threads)
         else:
             chosen = next(filter(None, map(self._networks.load_any, recipes[:-1])), None)
         recipe, loaded = chosen or self._networks.load(recipes[-1])
-        if params.mode == BEST and recipes[-1].models == MODES['balanced'].models:
+        if params.mode == BEST and recipes == recipes_of(replace(params, mode='balanced')):
             _log.info('mode best is balanced, as no network by name is installed; `rosrun openpose_ros_pkg '
-                      'openpose_models get NAME` (in a checkout: `./run model get NAME`) brings these, by published '
-                      'AP: %s', published())
+                      'openpose_models list` (in a checkout: `./run model list`) shows them, with their published AP')
         elif params.mode == BEST:
             _log.info('mode best is %s with the joint set %s: both depend on the networks that are installed by name',
                       recipe.description, recipe.skeleton.name)
@@ -208,10 +208,10 @@ def create_detector(settings: DetectorSettings, following: FollowingParams = NEV
 
 
 def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:
-    decode, direct = settings.decode, settings.direct
+    decode, direct = settings.decode, DirectThresholds()
     if recipe.is_ensemble:  # these are thresholds of candidates, on which other networks vote
         decode = replace(decode, person_min_score=min(decode.person_min_score, _DECODED_PERSON))
-        direct = replace(direct, direct_person_score=_DIRECT_PERSON, direct_joint_score=0.0)
+        direct = DirectThresholds(joint_score=0.0, person_score=_DIRECT_PERSON)
     return Setup(recipe, networks, decode, direct, settings)
 
 

@@ -9,16 +9,15 @@ import numpy as np
 
 from openpose_ros_pkg.detect.recipes import (
     BEST,
-    FASTER,
     MODES,
     SMALL_MODES,
     THUNDER_CROP,
+    WHOLE_IMAGE,
     CropRefinement,
     DetectorParams,
     NetworkPass,
     Recipe,
     crop_of,
-    mobilenet,
     mode_of,
     wanted_zooms,
 )
@@ -46,7 +45,7 @@ class TargetRateConstants:
         0.5, "Share of a frame's time that the networks may take on all cores; the rest is for messages (a cloud of "
              '960 x 540 points takes 17 MB through the loopback), decoding, lifting and other programs.')
     least_scale: float = constant(
-        0.5, 'Least scale of the input of a single network: with smaller ones people are not found.')
+        0.5, 'Least scale of the inputs of networks that see the whole image: with smaller ones people are not found.')
     expected_people: int = constant(2, 'Number of people in an image whose crop refinement is foreseen.')
     image_size: Tuple[int, int] = constant(
         (960, 540), 'Width and height of a foreseen image, for whose ratio the networks are compiled before the first '
@@ -72,7 +71,8 @@ def recipe_of(params: DetectorParams) -> Recipe:
 def recipes_of(params: DetectorParams) -> Tuple[Recipe, ...]:
     """Return the recipe that the parameters ask for, and those that may take its place where it is too slow.
 
-    All have its joint set: what is published does not depend on the processor.
+    The last is for where no other can be loaded. All have one joint set: what is published does not depend on the
+    processor.
     """
     first, *others = [_adjusted(recipe, params) for recipe in _networks_of(params)]
     return (first, *(other if other.skeleton == first.skeleton else replace(other, joint_set=first.skeleton)
@@ -143,8 +143,8 @@ def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[R
 
     The published AP of networks for crops falls by 0.02 behind the smallest network of boxes (mmpose, projects/rtmpose,
     RTMPose-m: 0.753 and 0.732), and that of RTMPose-m and RTMPose-s differ by more: the network for crops counts first,
-    then what searches the image, those by name before the balanced mode's. Last come the faster ones of that mode. The
-    networks have the order of `BY_NAME`, whose AP are of several sets of images.
+    then what searches the image, those by name before the balanced mode's. Last comes that mode. The networks have the
+    order of `BY_NAME`, whose AP are of several sets of images.
 
     Args:
         named: the crop that the user wants; None: the best ones.
@@ -152,16 +152,13 @@ def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[R
     installed = installed_by_name(params.model_folder)
     searchers = [one for one in installed if one.decoder not in CROP_DECODERS]
     crops = [crop_of(one) for one in installed if one.decoder in CROP_DECODERS] if named is None else [named]
-    if not installed and named is None:
-        return _of_mode(replace(params, mode='balanced'), None)
     recipes = [recipe for crop in crops for recipe in (
         *(_searched_by(one, crop, params) for one in searchers), _refined_by(crop, MODES['balanced']))]
     if named is None:  # Thunder brings nothing to boxes and to people of better networks; there it only follows
         recipes += [replace(_searched_by(one, THUNDER_CROP if params.target_rate > 0 else None, params), named=())
                     for one in searchers if one.decoder not in BOX_DECODERS]
         recipes += _of_mode(replace(params, mode='balanced'), None)
-    recipes += [_refined_by(crop, faster) for faster in FASTER[1:] for crop in crops]
-    return [*recipes, *FASTER[1:]] if named is None else recipes
+    return recipes
 
 
 def _model(params: DetectorParams, name: str) -> Model:
@@ -187,7 +184,8 @@ def _searched_by(model: Model, crop: Optional[CropRefinement], params: DetectorP
     Args:
         crop: that the user wants; None: MoveNet Thunder, where crops are wanted or needed.
     """
-    first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF), mobilenet(0.5))
+    first = next((one for one in mode_of(params.mode).passes if one.model.decoder == Decoder.PAF),
+                 replace(WHOLE_IMAGE, box=(328, 184)))
     first = replace(first, model=model, mirror=first.mirror and model.decoder == Decoder.PAF)
     if model.decoder in (Decoder.YOLO_POSE, *BOX_DECODERS):
         first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))
@@ -223,7 +221,6 @@ def chosen_for_rate(recipes: Sequence[Recipe], load: Callable[[Recipe], Optional
     Returns:
         None where no recipe can be loaded.
     """
-    share_of = followed_share if follows else full_search_share
     pace: Dict[str, float] = {}
     tried = []
     for wanted in recipes:
@@ -234,7 +231,7 @@ def chosen_for_rate(recipes: Sequence[Recipe], load: Callable[[Recipe], Optional
         unknown = {name: network for name, network in networks.items() if name not in pace}
         if unknown:
             pace.update(seconds_per_pixel(recipe, unknown, threads))
-        tried.append((max(share_of(recipe, pace, rate), 1.0), recipe, networks))
+        tried.append((max(time_share(recipe, pace, rate, follows), 1.0), recipe, networks))
         if tried[-1][0] <= 1:
             break
     if not tried:
@@ -246,29 +243,23 @@ def chosen_for_rate(recipes: Sequence[Recipe], load: Callable[[Recipe], Optional
     return recipe, networks
 
 
-def full_search_share(recipe: Recipe, pace: Dict[str, float], rate: float, constants: TargetRateConstants = RATE
-                      ) -> float:
-    """Return the share of the allowed time that a recipe takes where each image is searched in full."""
-    return foreseen_seconds(recipe, pace, constants) * rate / constants.networks_share
+def time_share(recipe: Recipe, pace: Dict[str, float], rate: float, follows: bool,
+               constants: TargetRateConstants = RATE) -> float:
+    """Return the share of the allowed time that a recipe takes with the expected people at a rate [Hz].
 
-
-def followed_share(recipe: Recipe, pace: Dict[str, float], rate: float, constants: TargetRateConstants = RATE
-                   ) -> float:
-    """Return the share of the allowed time that a recipe takes where people are followed.
-
-    The expected people get a crop in each image, and the image is searched as often as beside other cameras.
+    Where people are followed, each image has their crops, and is searched as often as beside other cameras; else each
+    is searched in full.
     """
-    of_passes, _ = _parts(recipe, pace, constants.image_size)
-    of_person, people = _of_person(recipe.refinements, pace), min(constants.expected_people, recipe.max_refined)
-    return (people * of_person * rate + of_passes / max(1 / rate, constants.search_time)) / constants.networks_share
+    of_passes, of_person = _parts(recipe, pace, constants.image_size)
+    people, searches = min(constants.expected_people, recipe.max_refined), rate
+    if follows:
+        of_person, searches = _of_person(recipe.refinements, pace), 1 / max(1 / rate, constants.search_time)
+    return (people * of_person * rate + of_passes * searches) / constants.networks_share
 
 
 def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: float, threads: int,
                    constants: TargetRateConstants = RATE) -> Recipe:
-    """Return the most accurate recipe, from the given one down, that this processor computes fast enough.
-
-    Several networks get smaller inputs, then the slower one is left out (`recipes.FASTER`). A single network gets a
-    smaller input.
+    """Return a recipe with smaller inputs and fewer refined people, as far as this processor needs to be fast enough.
 
     Args:
         networks: of the recipe, by the models' names.
@@ -278,15 +269,11 @@ def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: fl
     allowed = constants.networks_share / target_rate
     pace = seconds_per_pixel(recipe, networks, threads, constants=constants)
     needed = foreseen_seconds(recipe, pace, constants)
-    less = [faster for faster in _faster(recipe) if foreseen_seconds(faster, pace, constants) < needed]
-    if needed <= allowed:
-        fitted = recipe
-    elif less or len(recipe.passes) > 1:
-        fitted = next((faster for faster in less if foreseen_seconds(faster, pace, constants) <= allowed),
-                      [recipe, *less][-1])
-    else:
-        fitted = _smaller(recipe, max(np.sqrt(allowed / needed), constants.least_scale))
-    of_passes, of_person = _parts(fitted, pace, constants.image_size)
+    of_passes, of_person = _parts(recipe, pace, constants.image_size)
+    for_passes, fitted = max(allowed - needed + of_passes, 0.0), recipe
+    if for_passes < of_passes:
+        fitted = _smaller(recipe, max(np.sqrt(for_passes / of_passes), constants.least_scale))
+        of_passes, _ = _parts(fitted, pace, constants.image_size)
     if of_person > 0:  # as many people as there is time for
         people = max(int((allowed - of_passes) / of_person), constants.expected_people)
         fitted = replace(fitted, max_refined=min(people, fitted.max_refined))
@@ -327,22 +314,17 @@ def _of_person(crops: Sequence[CropRefinement], pace: Dict[str, float]) -> float
     return sum(pace[one.model.name] * one.size[0] * one.size[1] for one in crops)
 
 
-def _faster(recipe: Recipe) -> Tuple[Recipe, ...]:
-    """Return what computes less than a recipe of several networks with some of them and may take its place."""
-    if len(recipe.models) == 1:
-        return ()
-    less = [replace(recipe, passes=faster.passes) for faster in FASTER]
-    return tuple(faster for faster in less if set(faster.models) <= set(recipe.models))
-
-
 def _smaller(recipe: Recipe, scale: float) -> Recipe:
-    """Return a recipe of one network with its input made smaller by a factor on the sides."""
-    first, = recipe.passes
-    if first.model.input.fixed_size:
-        return recipe
-    multiple = first.model.input.multiple_of
-    width, height = (side if side < 0 else max(int(side * scale) // multiple, 1) * multiple for side in first.box)
-    return replace(recipe, passes=(replace(first, box=(width, height)),))
+    """Return a recipe whose networks see the image smaller, by a factor on the sides, where their inputs are free."""
+    return replace(recipe, passes=tuple(
+        one if one.model.input.fixed_size else replace(one, box=_scaled(one.box, scale, one.model.input.multiple_of))
+        for one in recipe.passes))
+
+
+def _scaled(box: Tuple[int, int], scale: float, multiple: int) -> Tuple[int, int]:
+    """Return a box made smaller to multiples of a number of pixels; free sides, -1, stay so."""
+    width, height = (side if side < 0 else max(int(side * scale) // multiple, 1) * multiple for side in box)
+    return width, height
 
 
 def _pixels(network_pass: NetworkPass, size: Tuple[int, int]) -> int:

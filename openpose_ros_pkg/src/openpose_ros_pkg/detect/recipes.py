@@ -5,7 +5,6 @@ from typing import Collection, Dict, Optional, Tuple, cast
 
 import numpy as np
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.ensemble import Sources, sigmas
 from openpose_ros_pkg.errors import ParameterError
@@ -48,10 +47,10 @@ class DetectorParams(Parameters):
                     'installed by name (`./run model get`) and, with target_rate, fast enough, or balanced where there '
                     'are none.', choices=('fast', 'balanced', 'accurate', BEST))
     pose_model: str = parameter(
-        AUTO, 'Network: auto, the networks that the mode puts together, with toes and heels (BODY_25); COCO, the joint '
-              'set that OpenPose calls so, the same without; or one network alone: mobilenet_thin, movenet_multipose, '
-              'body_25, ... (`./run model list`), or one of your own: a file (.onnx, .xml), or a .yaml file that '
-              'describes it. With look_closer, the network for crops refines its people. A network for crops (SimCC, '
+        AUTO, 'auto: the networks of the mode, with toes and heels (BODY_25); COCO: the same without toes and heels '
+              '(COCO_18); or one network alone: mobilenet_thin, movenet_multipose, body_25, ... (`./run model list`), '
+              'or one of your own: a file (.onnx, .xml), or a .yaml file that describes it. With look_closer, '
+              'the network for crops refines its people. A network for crops (SimCC, '
               "such as RTMPose) takes the place of the mode's; one that finds boxes (YOLOX) leaves the joints to the "
               'network for crops.')
     crop_model: str = parameter(
@@ -115,7 +114,6 @@ class DetectorSettings:
     detector: DetectorParams
     backend: BackendParams
     decode: DecodeParams
-    direct: DirectDecodeParams
     ensemble: EnsembleParams
 
 
@@ -191,6 +189,7 @@ _SCALE_GAP = 0.3
 # MoveNet Thunder was trained for crops; where it is not there, MoveNet MultiPose refines fewer people, less accurately.
 THUNDER_CROP = CropRefinement(MOVENET_THUNDER, 1.3, centred=True, place_weight=8.0)
 MULTIPOSE_CROP = CropRefinement(MOVENET_MULTIPOSE, 1.6)
+_REFINED_BY_MULTIPOSE = 6
 # Sides of the box of a person per side of the box of the joints: rtmlib, pose_tracker.py, pose_to_bbox; the median of
 # 51 annotated people is 1.23.
 PERSON_BOX = 1.25
@@ -229,8 +228,6 @@ class Recipe:
     max_refined: int = 20  # greatest number of people who are refined, the surest first; bounds the time
     # factor on the scores that joints and people need: of more opinions, more miss a person who is there
     acceptance: float = 1.0
-    spare: Tuple[CropRefinement, ...] = (MULTIPOSE_CROP,)  # where the network of one of the refinements is missing
-    spare_refined: int = 6  # greatest number of people who are refined then
     named: Tuple[Model, ...] = ()  # networks that the user named, beside the first
     joint_set: Optional[SkeletonModel] = None  # of the people; None: that of the networks
 
@@ -311,41 +308,30 @@ class Recipe:
         return ' + '.join(parts)
 
     def without(self, missing: Collection[Model]) -> 'Recipe':
-        """Return what is left of it without networks that are not the first."""
+        """Return what is left without some networks; where no network for crops is left, MultiPose refines people."""
         passes = tuple(one for one in self.passes if one.model not in missing)
         refinements = tuple(one for one in self.refinements if one.model not in missing)
-        spare = tuple(one for one in self.spare if one.model not in missing)
-        if len(refinements) < len(self.refinements) and spare:
-            return replace(self, passes=passes, refinements=spare,
-                           max_refined=min(self.max_refined, self.spare_refined))
+        if self.refinements and not refinements and MOVENET_MULTIPOSE not in missing:
+            return replace(self, passes=passes, refinements=(MULTIPOSE_CROP,),
+                           max_refined=min(self.max_refined, _REFINED_BY_MULTIPOSE))
         return replace(self, passes=passes, refinements=refinements)
 
 
-def mobilenet(scale: float, weight: float = 1.5) -> NetworkPass:
-    return NetworkPass(MOBILENET_THIN, _box(656 * scale, 368 * scale), weight=weight)
-
-
-def _movenet(*sides: int) -> NetworkPass:
-    return NetworkPass(MOVENET_MULTIPOSE, (sides[0], sides[0]), tuple(side / sides[0] for side in sides))
-
-
-def _box(width: float, height: float) -> Tuple[int, int]:
-    """Return a box whose sides are multiples of 8, the stride of the networks with part affinity fields."""
-    return int(width) // 8 * 8, int(height) // 8 * 8
+WHOLE_IMAGE = NetworkPass(MOBILENET_THIN, (656, 368), weight=1.5)
+"""A network with part affinity fields at the size of OpenPose's input."""
 
 
 # MoveNet finds large people well, six at most; mobilenet_thin finds small people and crowds. Each finds people that the
 # other misses, and where both see a joint its place is surer. Crop refinement improves accuracy most for its time; the
 # mirror image and other sizes come next. Accuracy and time of each: docs/results.md.
 MODES: Dict[str, Recipe] = {
-    'fast': Recipe((_movenet(384),), (THUNDER_CROP,)),
-    'balanced': Recipe((mobilenet(1.0), _movenet(512)), (THUNDER_CROP,)),
+    'fast': Recipe((NetworkPass(MOVENET_MULTIPOSE, (384, 384)),), (THUNDER_CROP,)),
+    'balanced': Recipe((WHOLE_IMAGE, NetworkPass(MOVENET_MULTIPOSE, (512, 512))), (THUNDER_CROP,)),
     'accurate': Recipe(
-        (NetworkPass(MOBILENET_THIN, _box(984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0), _movenet(512, 256)),
+        (NetworkPass(MOBILENET_THIN, (984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0),
+         NetworkPass(MOVENET_MULTIPOSE, (512, 512), (1.0, 0.5))),
         (MULTIPOSE_CROP, replace(MULTIPOSE_CROP, mirror=True), THUNDER_CROP,
-         replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.8,
-        spare=tuple(replace(MULTIPOSE_CROP, margin=margin, mirror=mirror) for margin in (1.6, 2.0)
-                    for mirror in (False, True)), spare_refined=20),
+         replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.8),
 }
 
 
@@ -354,7 +340,7 @@ MODES: Dict[str, Recipe] = {
 # beside them.
 _TINY_CROP = crop_of(TINYPOSE)
 _IN_BOXES = NetworkPass(PICODET, (320, 320), mirror=True, crop=_TINY_CROP)
-SMALL_MODES: Dict[str, Recipe] = {name: Recipe((_IN_BOXES,), crops, acceptance=0.6, spare=()) for name, crops in {
+SMALL_MODES: Dict[str, Recipe] = {name: Recipe((_IN_BOXES,), crops, acceptance=0.6) for name, crops in {
     'fast': (_TINY_CROP,),
     'balanced': (_TINY_CROP, THUNDER_CROP),
     'accurate': (_TINY_CROP, replace(_TINY_CROP, mirror=True), THUNDER_CROP,
@@ -365,18 +351,6 @@ SMALL_MODES: Dict[str, Recipe] = {name: Recipe((_IN_BOXES,), crops, acceptance=0
 def mode_of(name: str) -> Recipe:
     """Return the recipe of a mode; of the best one, that where no better networks are there."""
     return MODES.get(name, MODES['balanced'])
-
-
-# From the mode balanced down: less accurate and faster recipes, for processors that do not reach the wanted rate.
-FASTER: Tuple[Recipe, ...] = (
-    MODES['balanced'],
-    Recipe((mobilenet(1.0), _movenet(384)), (THUNDER_CROP,)),
-    Recipe((mobilenet(0.75), _movenet(384)), (THUNDER_CROP,)),
-    Recipe((mobilenet(0.5, weight=1.0), _movenet(384)), (THUNDER_CROP,)),
-    MODES['fast'],
-    Recipe((_movenet(320),), (THUNDER_CROP,)),
-    Recipe((_movenet(256),), (THUNDER_CROP,)),
-)
 
 
 def wanted_zooms(params: DetectorParams, zooms: Tuple[float, ...]) -> Tuple[float, ...]:

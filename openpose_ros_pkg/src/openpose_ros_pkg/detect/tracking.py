@@ -42,6 +42,9 @@ class TrackingConstants:
         0.95, 'Visibility of people in the image, where no depth tells whether something is in front of them.')
     most_tracks: int = constant(
         1000, 'Tracks that are kept of a camera: with stamps that stand still no track ever times out.')
+    gate: float = constant(
+        0.7, 'Largest mean distance between measured and predicted joints of the same person.',
+        unit="half the diagonal of the box of the person's joints")
     turned_images: int = constant(10, 'Images of a person from which on it tells how the camera is turned.')
     turned_share: float = constant(
         0.8, 'A camera is turned where this share of the people have, in this share of images, the head to one side.')
@@ -58,14 +61,12 @@ _TRUNK = ('left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 class TrackingParams(Parameters):
     """How long and how far a person is tracked in the image."""
 
+    retired = ('image_track_gate',)
+
     track_timeout: float = parameter(
         2.0, 'A person who is not seen for longer gets a new person_ID on return. A longer time bridges longer '
              'occlusions, but a newcomer may inherit the id of a person who left at the same place.',
         unit='s', minimum=0.0, maximum=60.0)
-    image_track_gate: float = parameter(
-        0.7, 'Largest mean distance between measured and predicted joints of the same person, as a share of the size '
-             'of the person (half the diagonal of the bounding box of the joints).',
-        minimum=0.01, maximum=10.0)
 
 
 @dataclass(frozen=True)
@@ -222,7 +223,7 @@ class ImageTracker:
         expected = np.stack([track.at(stamp, self._constants)[:, :2] for track in tracks])
         scale = np.maximum(np.array([track.size for track in tracks])[:, None], sizes)
         distances = joint_distances(expected, people.xy) / scale
-        return match(distances, distances <= self.params.image_track_gate)
+        return match(distances, distances <= self._constants.gate)
 
 
 class Mounting:

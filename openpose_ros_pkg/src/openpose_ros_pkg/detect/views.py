@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.direct import DirectThresholds, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
-from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
+from openpose_ros_pkg.decode.paf import DECODE, DecodeParams, decode_fields
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
 from openpose_ros_pkg.ensemble import Acceptance
@@ -29,7 +29,7 @@ class Setup:
     recipe: Recipe
     networks: Dict[str, Backend]  # of the recipe, by the models' names
     decode: DecodeParams  # thresholds of the decoders; where several opinions follow, those of candidates
-    direct: DirectDecodeParams
+    direct: DirectThresholds
     settings: DetectorSettings  # as the user gave them
     feet: Optional['BodyLandmarkNetwork'] = None  # finds toes and heels; None: not wanted, or not there
 
@@ -39,7 +39,7 @@ class Setup:
         joints = self.recipe.skeleton
         return BODY_25 if joints == COCO_18 and self.settings.detector.feet else joints
 
-    def of_crops(self, model: Model) -> DirectDecodeParams:
+    def of_crops(self, model: Model) -> DirectThresholds:
         """Return the thresholds for what a network sees on crops.
 
         SimCC networks place all joints also where there is no person, with scores that are not near 0, and between
@@ -47,14 +47,14 @@ class Setup:
         """
         if model.decoder not in CROP_DECODERS:
             return self.direct
-        return replace(self.direct, direct_person_score=self.settings.direct.direct_person_score)
+        return replace(self.direct, person_score=DirectThresholds.person_score)
 
     @property
     def acceptance(self) -> Acceptance:
         """Which of the people that the networks find are reported."""
         factor, decode = self.recipe.acceptance, self.settings.decode
         return Acceptance(self.recipe.skeleton, factor * self.settings.ensemble.joint_min_score,
-                          factor * decode.person_min_score, decode.person_min_joints, self.recipe.is_ensemble)
+                          factor * decode.person_min_score, DECODE.person_joints, self.recipe.is_ensemble)
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,6 @@ from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.landmarks.records import Faces2D, Hands2D, Landmarks2D
 from openpose_ros_pkg.landmarks.regions import (
     HAND_REGION,
-    HandRegionConstants,
     face_regions,
     face_width,
     forearm_length,
@@ -161,7 +160,7 @@ class LandmarkDetector:
         sources: Dict[Kind, Source] = dict(self._networks) if bodies is None else {
             kind: WholeBodyLandmarks(kind, bodies, constants) for kind in _kinds(params)}
         tasks = [_Task(sources[kind], target, memory.observed.get(target.name))
-                 for kind, target in _targets(people, hidden, params) if kind in sources]
+                 for kind, target in _targets(people, hidden, params, constants) if kind in sources]
         if bodies is None:
             tasks = [task for task in tasks if not memory.waits(task.target, stamp, constants)]
             tasks.sort(key=lambda task: memory.tried.get(task.target.name, -np.inf))
@@ -179,8 +178,8 @@ class LandmarkDetector:
                                            constants)
         if stamp > 0:
             self._memories.put(key, memory)
-        return Landmarks2D(_hands(_accepted(found[HAND], params.hand_threshold, stamp), people),
-                           _faces(_accepted(found[FACE], params.face_threshold, stamp), people))
+        return Landmarks2D(_hands(_accepted(found[HAND], constants.accepted, stamp), people),
+                           _faces(_accepted(found[FACE], constants.accepted, stamp), people))
 
     def _add(self, kind: Kind) -> None:
         name = kind.model.name
@@ -211,7 +210,7 @@ def _kinds(params: LandmarkParams) -> List[Kind]:
 
 
 def _targets(people: People2D, hidden: Optional[np.ndarray], params: LandmarkParams,
-             constants: HandRegionConstants = HAND_REGION) -> Iterator[Tuple[Kind, Target]]:
+             constants: LandmarkConstants) -> Iterator[Tuple[Kind, Target]]:
     """Yield the hands and faces that are large enough and not hidden."""
     index, there = people.skeleton.index, people.present
     for i in range(len(people)):
@@ -220,12 +219,12 @@ def _targets(people: People2D, hidden: Optional[np.ndarray], params: LandmarkPar
         number = int(people.ids[i])
         for side in ('left', 'right') if params.hands else ():
             wrist, length = f'{side}_wrist', forearm_length(joints, side)
-            if wrist in shown and constants.hand * length >= params.least_hand_size:
+            if wrist in shown and HAND_REGION.hand * length >= constants.least_hand:
                 regions = hand_regions(joints[wrist], joints.get(f'{side}_elbow'), length)
                 yield HAND, Target(i, (number, side) if number >= FIRST_ID else None, joints[wrist], length, regions,
                                    side == 'left')
         width = face_width(joints)
-        if params.face and 'nose' in shown and width >= params.least_face_size:
+        if params.face and 'nose' in shown and width >= constants.least_face:
             yield FACE, Target(i, (number, 'face') if number >= FIRST_ID else None, joints['nose'], width,
                                face_regions(joints, width))
 

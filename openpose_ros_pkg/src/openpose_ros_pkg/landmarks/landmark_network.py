@@ -19,6 +19,12 @@ class LandmarkConstants:
 
     lost: float = constant(0.5, 'Score below which a hand or a face is searched in the next region; a followed one '
                                 'anew, by the body.')
+    least_hand: float = constant(
+        20.0, 'Smaller hands, by the size of the body, are not looked at: of 10 to 14 px, 8 of 10 were not found.',
+        unit='px')
+    least_face: float = constant(
+        24.0, 'Narrower faces, by the places of eyes, ears and nose, are not looked at.', unit='px')
+    accepted: float = constant(0.5, 'Hands and faces of which the network is less sure are left out.')
     off: float = constant(0.6, "Greatest distance of a hand's wrist, or a face's nose, from that of the body.",
                           unit='forearms, or widths of the face')
     same: float = constant(0.4, 'Hands whose points are this near, by the median, are one hand; one that is lost where '

@@ -23,7 +23,7 @@ class HandRegionConstants:
     trunk: float = constant(0.5, 'Forearm per distance from the neck to the middle of the hips.')
     reach: float = constant(0.3, 'From the wrist to the centre of the region, along the forearm.', unit='forearms')
     side: float = constant(1.2, 'Side of the region.', unit='forearms')
-    hand: float = constant(0.7, 'Length of a hand, for the parameter least_hand_size.', unit='forearms')
+    hand: float = constant(0.7, 'Length of a hand.', unit='forearms')
     box_scale: float = constant(2.0, "Side of the next region per longer side of the box round the hand's points "
                                      'without fingertips.', source=_MEDIAPIPE)
     box_shift: float = constant(0.1, 'Shift of the next region towards the fingers, per side of that box.',

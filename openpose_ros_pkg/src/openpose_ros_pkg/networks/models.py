@@ -8,7 +8,7 @@ from openpose_ros_pkg.errors import MissingWeightsError, ModelError, ParameterEr
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.model_registry import ALIASES, AUTO, BY_NAME, MODELS
-from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebFiles, WebSource, WeightsFile
+from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebSource, WeightsFile
 from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_network_file
 from openpose_ros_pkg.skeletons import BODY_25, SkeletonModel
 
@@ -68,34 +68,25 @@ def installed_by_name(model_folder: str = '') -> Tuple[Model, ...]:
     return tuple(installed)
 
 
-def published() -> str:
-    """Return the networks by name with their published AP, in words; the data sets differ."""
-    sources = [(model.name, model.source) for model in BY_NAME]
-    return ', '.join(f'{name} {source.published_ap:.2f} on {source.published_on}' for name, source in sources
-                     if isinstance(source, WebSource) and source.published_ap > 0)
-
-
 def how_to_get(model: Model, folder: Path) -> str:
     """Return how to get the weights of a model into a folder of models, for error texts."""
     names = ' and '.join(file.name for file in model.files)
     target = folder / model.name
+    get = f'rosrun openpose_ros_pkg openpose_models get {model.name}'
+    fetch = f'run `{get}` (in a checkout: `./run model get {model.name}`), which fetches it; without network, '
     if isinstance(model.source, Archive):
-        return (f'run `rosrun openpose_ros_pkg openpose_models get {model.name}` (in a checkout: `./run model get '
-                f'{model.name}`), which fetches it; without network, run it elsewhere and copy {names} from there to '
-                f"{target}; for another place, set the parameter 'model_folder'")
+        return (f'{fetch}run it elsewhere and copy {names} from there to {target}; for another place, set the '
+                "parameter 'model_folder'")
     if isinstance(model.source, WebSource):
-        source, files = model.source.address, 'the zip file, or ' + names + ' of it'
-        if isinstance(model.source, WebFiles):
-            source, files = ' and '.join(f'{source}/{name}' for name in model.source.names), 'both'
-        return (f'run `rosrun openpose_ros_pkg openpose_models get {model.name}` (in a checkout: `./run model get '
-                f'{model.name}`), which fetches it; without network, download {source} in a browser and '
-                f'add `--from FILE`: {files}')
+        address = model.source.address
+        address, files = (' and '.join(f'{address}/{name}' for name in model.source.names), 'both'
+                          ) if model.source.names else (address, f'the zip file, or {names} of it')
+        return f'{fetch}download {address} in a browser and add `--from FILE`: {files}'
     if model.description is not None:
         return f'put {names} beside {model.description}; source: {model.source.where}'
-    return (f'bring {names} and run `rosrun openpose_ros_pkg openpose_models get {model.name} --from FILES or FOLDER` '
-            f'(in a checkout: `./run model get ...`), which checks them and copies them to {target}; for another '
-            f"place, set the parameter 'model_folder'; source: {model.source.where}; "
-            f'licence: {model.licence}')
+    return (f'bring {names} and run `{get} --from FILES or FOLDER` (in a checkout: `./run model get ...`), which '
+            f"checks them and copies them to {target}; for another place, set the parameter 'model_folder'; "
+            f'source: {model.source.where}; licence: {model.licence}')
 
 
 def find_weights(model: Model, model_folder: str = '') -> Optional[Path]:

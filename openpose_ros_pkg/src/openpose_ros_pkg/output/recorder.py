@@ -11,7 +11,6 @@ from typing import Any, Callable, Deque, Dict, Optional, Tuple, Union
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.output.files import numbered_name, writable_folder, write_image, write_whole
@@ -40,25 +39,17 @@ _Frame = Tuple[Union[str, int], np.ndarray, People2D, Optional[Landmarks2D]]
 class SaveParams(Parameters):
     """What is saved of every frame. The names are OpenPose's."""
 
-    retired = ('write_keypoint', 'write_keypoint_format')
+    retired = ('write_keypoint', 'write_keypoint_format', 'write_images_format', 'write_video_fps')
 
     write_json: str = parameter(
         '', "Folder for the keypoints in OpenPose's JSON layout, one file per frame; empty: none.")
-    write_images: str = parameter('', 'Folder for the annotated images, one file per frame; empty: none.')
-    write_images_format: str = parameter('png', 'Format of these images.', choices=('png', 'jpg'))
-    write_video: str = parameter('', 'File for the annotated video, .mp4 or .avi; empty: none.')
-    write_video_fps: float = parameter(
-        -1.0, 'Frame rate of that video; -1: that of the source, or 10 where it has none (images, ROS topics).',
-        unit='Hz', minimum=-1.0, maximum=1000.0)
+    write_images: str = parameter('', 'Folder for the annotated images (PNG), one file per frame; empty: none.')
+    write_video: str = parameter(
+        '', 'File for the annotated video, .mp4 or .avi, at the rate of the source, or 10 Hz where that has none '
+            '(images, ROS topics); empty: none.')
     write_joint_set: str = parameter(
         '', 'Joints and their order in JSON files; empty: those of the network.',
         choices=('', *SKELETONS))
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if -1 < self.write_video_fps <= 0:
-            raise ParameterError(f"parameter 'write_video_fps' = {self.write_video_fps:g} is not allowed: above 0, or "
-                                 '-1 for that of the source')
 
     @property
     def active(self) -> bool:
@@ -93,14 +84,13 @@ class Recorder:
         self._scale = scale or KeypointScaleParams()
         self._joint_set = SKELETONS.get(params.write_joint_set)
         folders = {'write_json': (params.write_json, JSON_SUFFIX),
-                   'write_images': (params.write_images, f'_rendered.{params.write_images_format}')}
+                   'write_images': (params.write_images, '_rendered.png')}
         self._folders = {key: (writable_folder(key, Path(folder).expanduser()), suffix)
                          for key, (folder, suffix) in folders.items() if folder}
         self._video: Optional[VideoFile] = None
         if params.write_video:
-            rate = params.write_video_fps if params.write_video_fps > 0 else source_rate or DEFAULT_RATE
             path = Path(params.write_video).expanduser()
-            self._video = VideoFile(path, rate, keep=existing != REPLACE)
+            self._video = VideoFile(path, source_rate or DEFAULT_RATE, keep=existing != REPLACE)
             writable_folder('write_video', path.parent)
         self._throttle = Throttle()
         self.on_fault: Callable[[str], None] = self._log_fault

@@ -1,7 +1,7 @@
 """Parameters as flags of a command line in the notation of gflags, as in the original."""
 import dataclasses
 import difflib
-from typing import Any, Callable, Dict, Iterator, List, Sequence, Tuple, Type
+from typing import Any, Callable, Dict, List, Sequence, Tuple, Type
 
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.parameters import accepted_names, describe, parameter_fields
@@ -27,7 +27,8 @@ def read_flags(kind: Type[Any], arguments: Sequence[str]) -> Tuple[Dict[str, Any
     Raises:
         ParameterError: an argument is no flag, has an unknown name, or no value of the right type.
     """
-    fields = {field.name: field for field in parameter_fields(kind, old=True)}
+    fields = {field.name: field for field in parameter_fields(kind)}
+    bools = {'disable_blending', *(name for name, field in fields.items() if isinstance(field.default, bool))}
     values: Dict[str, Any] = {}
     others: List[str] = []
     rest = iter(arguments)
@@ -35,30 +36,23 @@ def read_flags(kind: Type[Any], arguments: Sequence[str]) -> Tuple[Dict[str, Any
         name, equals, text = argument.lstrip('-').partition('=')
         if not argument.startswith('-') or not name:
             raise ParameterError(f"argument '{argument}' is not allowed; expected --NAME=VALUE or _NAME:=VALUE")
-        if name in fields and isinstance(fields[name].default, bool):
-            values[name] = _converted(fields[name], text if equals else 'true')
-        elif name in fields:
-            values[name] = _converted(fields[name], text if equals else _following(argument, rest))
-        elif name[:2] == 'no' and name[2:] in fields and isinstance(fields[name[2:]].default, bool) and not equals:
-            values[name[2:]] = False
-        elif name in accepted_names(kind):
-            values[name] = text if equals else _following(argument, rest)
-        elif name in _OF_THE_ORIGINAL:
-            if not equals and name != 'disable_blending':
-                _following(argument, rest)
-            others.append(name)
-        else:
+        if not equals and name not in fields and name[:2] == 'no' and name[2:] in bools:
+            name, equals, text = name[2:], '=', 'false'
+        if name not in (*fields, *accepted_names(kind), *_OF_THE_ORIGINAL):
             near = ''.join(f" (did you mean '--{other}'?)" for other in difflib.get_close_matches(name, fields, n=1))
             raise ParameterError(f"unknown flag '{argument.partition('=')[0]}'{near}; --help lists the parameters")
+        if not equals:
+            following = 'true' if name in bools else next(rest, None)
+            if following is None:
+                raise ParameterError(f"flag '{argument}' has no value; expected {argument}=VALUE")
+            text = following
+        if name in fields:
+            values[name] = _converted(fields[name], text)
+        elif name in accepted_names(kind):
+            values[name] = text
+        else:
+            others.append(name)
     return values, others
-
-
-def _following(argument: str, rest: Iterator[str]) -> str:
-    """Return the next argument, which is the value of this one."""
-    value = next(rest, None)
-    if value is None:
-        raise ParameterError(f"flag '{argument}' has no value; expected {argument}=VALUE")
-    return value
 
 
 def _converted(field: 'dataclasses.Field[Any]', text: str) -> Any:

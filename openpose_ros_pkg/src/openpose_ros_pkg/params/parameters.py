@@ -14,7 +14,7 @@ dataclass of parameter classes and other records::
         draw: DrawParams
         detector: DetectorSettings
 
-`build` makes either from a flat mapping, such as a node's private namespace; `OLD_PARAMETERS` still work there.
+`build` makes either from a flat mapping, such as a node's private namespace.
 """
 import dataclasses
 import difflib
@@ -48,14 +48,6 @@ _log = logging.getLogger(__name__)
 
 Settings = TypeVar('Settings')
 """A parameter class or a record."""
-# Parameters that work for one release more, with a warning, and are in no file of config/, help or dynamic_reconfigure.
-# Then their defaults become constants.
-OLD_PARAMETERS = frozenset((
-    'birth_joints', 'direct_joint_score', 'direct_person_score', 'heatmap_upsample', 'hidden_min_score', 'hint',
-    'image_track_gate', 'least_face_size', 'least_hand_size', 'limb_min_support', 'limb_sample_threshold',
-    'limb_samples', 'max_peaks', 'max_peaks_per_joint', 'measured_min_score', 'patience', 'person_min_joints',
-    'start_delay', 'tf_timeout', 'track_gate', 'walking_acceleration', 'walking_speed', 'write_images_format',
-    'write_video_fps'))
 # Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
 _YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
 
@@ -77,21 +69,14 @@ def direction(text: str, name: str) -> np.ndarray:
 
 
 def parameter(default: Any, doc: str, *, unit: str = '', minimum: Optional[float] = None,
-              maximum: Optional[float] = None, choices: Optional[Sequence[Any]] = None) -> Any:
-    """Declare one parameter of a `Parameters` dataclass; its type is the type of the default."""
+              maximum: Optional[float] = None, choices: Optional[Sequence[Any]] = None, **special: Any) -> Any:
+    """Declare one parameter of a `Parameters` dataclass; its type is the type of the default.
+
+    Of a text, `words=('off',)`: that have a special meaning; `is_direction=True`: three numbers, see `direction`.
+    """
     return dataclasses.field(default=default, metadata={
         'doc': doc, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
-        'choices': tuple(choices) if choices is not None else None, 'words': ()})
-
-
-def text_parameter(default: str, doc: str, words: Sequence[str]) -> Any:
-    """Declare a parameter that takes any text, and words with a special meaning."""
-    return dataclasses.field(default=default, metadata={**parameter(default, doc).metadata, 'words': tuple(words)})
-
-
-def direction_parameter(default: str, doc: str) -> Any:
-    """Declare a parameter of three numbers, see `direction`."""
-    return dataclasses.field(default=default, metadata={**parameter(default, doc).metadata, 'is_direction': True})
+        'choices': tuple(choices) if choices is not None else None, 'words': (), **special})
 
 
 @dataclasses.dataclass(frozen=True)
@@ -99,7 +84,7 @@ class Parameters:
     """Base of all parameter classes: checks type, range and choices of every field.
 
     Attributes:
-        retired: names that are gone: they are ignored, with a warning.
+        retired: names that are gone: for one release they are ignored, with a warning.
 
     Raises:
         ParameterError: a value has the wrong type or is not allowed.
@@ -122,17 +107,15 @@ def parameter_classes(kind: Type[Any]) -> Iterator[Type[Parameters]]:
     yield from dict.fromkeys(itertools.chain.from_iterable(records))
 
 
-def parameter_fields(*kinds: Type[Any], old: bool = False) -> List['dataclasses.Field[Any]']:
-    """Return the parameters of parameter classes and records, in order; `old`: also those of `OLD_PARAMETERS`."""
-    return [field for kind in kinds for cls in parameter_classes(kind) for field in dataclasses.fields(cls)
-            if old or field.name not in OLD_PARAMETERS]
+def parameter_fields(*kinds: Type[Any]) -> List['dataclasses.Field[Any]']:
+    """Return the parameters of parameter classes and records, in order."""
+    return [field for kind in kinds for cls in parameter_classes(kind) for field in dataclasses.fields(cls)]
 
 
 def accepted_names(*kinds: Type[Any]) -> FrozenSet[str]:
-    """Return the names that `build` takes: of parameters, old ones too, and of those that are gone."""
-    classes = [cls for kind in kinds for cls in parameter_classes(kind)]
-    return frozenset(itertools.chain.from_iterable(
-        (*cls.retired, *(field.name for field in dataclasses.fields(cls))) for cls in classes))
+    """Return the names that `build` takes: of parameters, and of those that are gone."""
+    gone = [name for kind in kinds for cls in parameter_classes(kind) for name in cls.retired]
+    return frozenset((*gone, *(field.name for field in parameter_fields(*kinds))))
 
 
 def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
@@ -141,17 +124,14 @@ def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
     Raises:
         ParameterError: a key is unknown, or a value is not allowed.
     """
-    defaults = {field.name: field.default for field in parameter_fields(kind, old=True)}
+    known = {field.name for field in parameter_fields(kind)}
     for key, value in sorted(values.items()):
-        if key in OLD_PARAMETERS & set(defaults) and value != defaults[key]:
-            _warn_once(f"parameter '{key}' = {value!r} is old: in the next release it is always {defaults[key]!r}")
-        elif key not in accepted_names(kind):
-            known = [field.name for field in parameter_fields(kind)]
+        if key not in accepted_names(kind):
             near = difflib.get_close_matches(key, known, n=1)
             hint = f" (did you mean '{near[0]}'?)" if near else ''
             raise ParameterError(f"unknown parameter '{key}' = {value!r}{hint}; allowed: {', '.join(sorted(known))}",
                                  key)
-        elif key not in defaults:
+        if key not in known:
             _warn_once(f"parameter '{key}' = {value!r} is gone, and without effect")
     return build_known(kind, values)
 

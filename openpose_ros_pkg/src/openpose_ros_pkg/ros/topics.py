@@ -73,6 +73,11 @@ class KeypointTopic(NamedTuple):
     dimensions: int
     part: str = 'people'
 
+    @property
+    def namespace(self) -> str:
+        """Namespace of the topic."""
+        return self.name.rpartition('/')[0]
+
 
 class _Stream(NamedTuple):
     title: str  # in errors

@@ -97,6 +97,8 @@ class BodyConstants:
         (('nose', 0.13), ('eye', 0.13), ('ear', 0.13), ('neck', 0.17), ('shoulder', 0.17), ('elbow', 0.13),
          ('wrist', 0.11), ('hip', 0.22), ('knee', 0.13), ('ankle', 0.11)),
         'A surface further than this in front of a joint occludes it.', unit='m')
+    walking_acceleration: float = constant(
+        3.0, 'How quickly people as a whole, who walk on while hidden, change their velocity, per axis.', unit='m/s^2')
     relative_acceleration: ByJoint = constant(
         (('nose', 1.0), ('eye', 1.0), ('ear', 1.0), ('neck', 1.0), ('shoulder', 1.0), ('elbow', 1.5), ('wrist', 2.5),
          ('hip', 1.0), ('knee', 1.5), ('ankle', 2.0)),

@@ -57,6 +57,7 @@ from skeleton_extract_3d.show.report import frame_report
 NAMESPACE = 'openpose_ros/skeleton_3d'
 # A greater latency [s] is that of a recording played without its clock, and not reported.
 _GREATEST_LATENCY = 10.0
+_TF_TIMEOUT = 0.1  # least wait for the transform to another frame; a frame without it is dropped [s]
 _REPORT_PERIOD = 1.0  # least time between two of the original's reports [s]
 # Stages of the timing report whose durations add up to the age of a result; docs/ros_api.md says what each is.
 AGE_STAGES = ('transport', 'wait', 'prepare', 'detection', 'locate', 'estimate', 'publish')
@@ -109,7 +110,7 @@ class Extractor:
                                   networks.bodies)
         self._chain.warm_up()
         frames = self._params.target_frame or self._params.tracking_frame
-        lookup = Transforms(self._params.tf_timeout).lookup if frames else None
+        lookup = Transforms(_TF_TIMEOUT).lookup if frames else None
         self._transforms = FrameTransforms(self._params, lookup)
         self._echo = InputEcho(NAMESPACE, health, demand)
         self._publisher = PeoplePublisher3D(NAMESPACE, self._transforms, self._params.publish_tf, demand)

@@ -13,13 +13,20 @@ _REST_SIGMAS[NECK] = _REST_SIGMAS[SHOULDERS] = _REST_SIGMAS[HEAD] = 0.10
 _REST_SIGMAS[HIPS], _REST_SIGMAS[MIDDLES], _REST_SIGMAS[ENDS] = (
     0.14, (0.15, 0.15, 0.16, 0.16), (0.26, 0.26, 0.24, 0.24))
 
-_TUNE = '46 rendered scenes (fast, in full), 20 of them (fast, followed) and 15 (balanced, in full); trials.md'
+_TUNE = '46 rendered scenes, modes fast and balanced, in full and followed; trials.md'
 
 
 @dataclass(frozen=True)
 class IdentityConstants:
-    """Costs of data association."""
+    """Gates and costs of data association."""
 
+    gate: float = constant(
+        0.5, 'Greatest median distance, across the view, of the joints of a person from where they are expected.',
+        unit='m')
+    walking_speed: float = constant(
+        1.2, 'The gate grows by this for each second without a detection.', unit='m/s')
+    birth_joints: int = constant(
+        3, 'Joints that have to be measured before a person gets a person_ID; fewer if no more can be measured.')
     evidence_cost: float = constant(
         0.2, 'Distance across the view that costs as much as a log likelihood ratio of another depth of 1.', unit='m')
     colour_cost: float = constant(
@@ -68,6 +75,11 @@ class ExpectationConstants:
 class CorrectionConstants:
     """Errors of the joints of a frame, and of estimates by their innovations."""
 
+    measured_score: float = constant(
+        0.2, 'A keypoint with a lower score is not used, even where the surface fits it.')
+    hidden_score: float = constant(
+        0.4, 'The keypoint of a hidden joint is used if its score is at least this; joints with lower ones are '
+             'estimated by the body model and the motion.')
     across: float = constant(0.013, 'Error of a keypoint across the view, at full score.', unit='m')
     across_by_score: float = constant(0.11, 'Growth of this error, times (1 - score) squared.', unit='m')
     along: float = constant(
@@ -206,13 +218,13 @@ class SigmaConstants:
         "Values of the evidence: stated sigma [m], share of the person's joints that are MEASURED, distance [m].",
         source='chosen')
     joints: np.ndarray = constant(
-        np.array([[0.04, 0.1, 0.12, 0.18, 0.06, -0.03, 0.15, -0.03, 0.3, 0.27],
-                  [-0.2, -0.36, -0.12, -0.26, 0.08, 0.09, 0.3, 0.14, 0.26, 0.27]]),
+        np.array([[0.01, 0.08, 0.14, 0.17, -0.04, -0.03, 0.08, -0.07, 0.25, 0.28],
+                  [-0.18, -0.32, -0.09, -0.17, 0.15, 0.11, 0.32, 0.16, 0.17, 0.14]]),
         'Logarithm of the change of MEASURED and of INFERRED joints, in the order of `SIGMA_JOINTS`.', source=_TUNE)
     evidence: np.ndarray = constant(
-        np.array([[[0.0, 0.19, 0.64, 0.74, 0.74], [0.0, 0.19, 0.51, 0.43, -0.04]],
-                  [[0.0, 0.0, 0.0, -0.16, -0.49], [0.0, -0.08, -0.23, -0.66, -0.97]],
-                  [[0.0, 0.03, 0.29, 0.29, 0.63], [0.0, 0.49, 0.49, 0.49, 1.31]]]),
+        np.array([[[0.0, 0.22, 0.77, 0.81, 0.81], [0.0, 0.29, 0.67, 0.69, 0.22]],
+                  [[0.0, 0.0, 0.0, -0.26, -0.54], [0.0, -0.1, -0.35, -0.62, -1.11]],
+                  [[0.0, 0.12, 0.33, 0.33, 0.51], [0.0, 0.28, 0.28, 0.29, 0.39]]]),
         'The same by each evidence, at its knots.', source=_TUNE)
 
 

@@ -49,7 +49,7 @@ def assign(tracks: Tracks, clothes: Clothes, compared: TrackComparison, stamp: f
     if not across.size:
         return rows
     away = (stamp - tracks.last_seen)[:, None]
-    allowed = across <= params.track_gate + params.walking_speed * away
+    allowed = across <= constants.gate + constants.walking_speed * away
     allowed &= (against <= constants.most_evidence) | (across < constants.same_place)
     cost = across + constants.evidence_cost * against - constants.own_crop * own
     if params.use_clothes:

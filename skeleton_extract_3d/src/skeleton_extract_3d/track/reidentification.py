@@ -8,7 +8,6 @@ from skeleton_extract_3d.body.body import MEASURED_BONES, MEASURED_KINDS
 from skeleton_extract_3d.body.measures import Sizes
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.surfaces import lower_median
-from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes, clothes_evidence, log_normal
 from skeleton_extract_3d.track.one_body import in_one_place
 from skeleton_extract_3d.track.tracks import Observations, Tracks, middle_of_trunk
@@ -35,19 +34,18 @@ class NewPeople(NamedTuple):
         return cls(middle_of_trunk(lifted.xyz, observed.known), people.clothes, lengths)
 
 
-def new_people(people: Observations, birth_joints: int, method: MethodConstants = METHOD) -> np.ndarray:
+def new_people(people: Observations, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the people without a track who may get one, indices (N,)."""
     constants, observed, lifted = method.track.identity, people.observed, people.lifted
     tracked = people.row >= 0
     if tracked.all():
         return np.zeros(0, np.int64)
-    new = ~tracked & observed.has_measured(lifted.measured, birth_joints)
+    new = ~tracked & observed.has_measured(lifted.measured, constants.birth_joints)
     same = in_one_place(lifted.xyz, observed.known, method.track.one_body.least_joints, constants.same_place)
     return np.flatnonzero(new & ~(same & tracked[None]).any(axis=1))
 
 
-def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityParams, method: MethodConstants = METHOD
-              ) -> np.ndarray:
+def recognize(absent: Tracks, new: NewPeople, stamp: float, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the row of the absent track of each new person, (N,) int64, where clothes, size and place make it much
     likelier than any other track or person; else STRANGER, or UNCLEAR while clothes that could decide are not visible.
     """
@@ -57,7 +55,7 @@ def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityPara
     away = (stamp - absent.last_seen)[:, None]
     distance = np.linalg.norm(absent.root.position[:, :1] - new.place[None], axis=2)
     may_be = (away > method.track.identity.gap) & (
-        distance <= params.track_gate + method.track.out_of_sight.greatest_speed * away)
+        distance <= method.track.identity.gate + method.track.out_of_sight.greatest_speed * away)
     # a person who may appear anywhere does so in a room with a floor of 2 pi spread^2, 14 m^2, in view
     by_place = -(distance / constants.spread) ** 2 / 2
     by_body = _size_evidence(absent.sizes, new.lengths, method) + by_place

@@ -208,11 +208,11 @@ class PeopleTracker:
 
         The former track of a person who comes back stays, see `without`.
         """
-        params, method = self._settings.identity, self._method
-        new, waiting = new_people(people, params.birth_joints, method), None
+        method = self._method
+        new, waiting = new_people(people, method), None
         if len(new):
             absent = tracks.select(people.others(len(tracks))).joined(memory.gone)
-            rows = recognize(absent, NewPeople.of(people.select(new), method.sizes.least_score), stamp, params, method)
+            rows = recognize(absent, NewPeople.of(people.select(new), method.sizes.least_score), stamp, method)
             plain = people.lifted.measured[new].sum(axis=1) >= method.track.identity.plain
             rows = np.where((rows == UNCLEAR) & plain, STRANGER, rows)
             unclear = rows == UNCLEAR

@@ -140,7 +140,7 @@ class Tracks(Rows):
         if not len(self) or elapsed <= 0:
             return self
         return replace(self, joints=self.joints.predicted(elapsed, params.acceleration * body.accelerations),
-                       root=self.root.predicted(elapsed, np.array([params.walking_acceleration])))
+                       root=self.root.predicted(elapsed, np.array([body.walking_acceleration])))
 
     def transformed(self, rotation: np.ndarray, translation: np.ndarray) -> 'Tracks':
         """Return the tracks in another frame: x' = R x + t."""

@@ -46,7 +46,7 @@ class PeopleFusionNode:
         self._health, self._timing = Health(), TimingReport(STAGES, result='total')
         self._arrived = threading.Condition()
         self._fusion = PeopleFusion(constants=constants)
-        self._collector = Collector(params.names, params.patience, constants.collector)
+        self._collector = Collector(params.names, constants.collector)
         self._judge = CameraJudge(params.names, constants.cameras)
         # the judge is the fusion thread's; diagnostics read this, which is replaced and never changed
         self._judged: Mapping[str, CameraJudgement] = {name: CameraJudgement() for name in params.names}

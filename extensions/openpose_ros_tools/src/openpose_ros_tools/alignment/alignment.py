@@ -12,19 +12,17 @@ camera unless people turn; with many joints and people that turn it cancels. A c
 estimate is a part of the clock offset.
 """
 from dataclasses import dataclass
-from typing import Any, Callable, Iterable, List, Optional, Tuple
+from typing import Any, List, Optional, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.candidates import Observed, Solution, find_candidates, least_points, likely_lags
-from openpose_ros_tools.alignment.clock import Correlations, JointPaths, bridged_gap, correlate_speeds, moving_speed
+from openpose_ros_tools.alignment.clock import MAX_GAP, Correlations, JointPaths, correlate_speeds, moving_speed
 from openpose_ros_tools.alignment.refinement import Refined, refine
 
 # Rows by which candidates are refined, and then the best one; steps of each.
 _REFINING_ROWS, _FINAL_ROWS, _REFINING_STEPS, _FINAL_STEPS = 3000, 20000, 8, 40
-# Two samples of the reference that are this far apart may be bridged [s], see `bridged_gap`.
-_MAX_GAP = 0.1
 # The fastest joints must reach this, or the clock can not be found [m/s]: standing people sway by less.
 _LEAST_SPEED = 0.1
 # Recordings are not longer [s]; a stamp of 0 among those that count from 1970 is a mistake.
@@ -75,23 +73,19 @@ class Alignment:
         return np.asarray(positions, np.float64) @ self.rotation.T + self.translation
 
 
-def align(estimate: Any, reference: Any, params: Optional[AlignmentParams] = None,
-          progress: Callable[[Iterable], Iterable] = iter) -> Alignment:
+def align(estimate: Any, reference: Any, params: AlignmentParams = AlignmentParams()) -> Alignment:
     """Find what is not given of clock offset and transform.
 
     Args:
         estimate: what a camera measured, in any order: `stamps`, `ids`, `positions` and `sigma` as of `KeypointTable`.
         reference: at any rate, in any frame: `times`, (T,) [s], increasing, and `positions`, (S, T, K, 3) [m] of the
             joints of the estimate; NaN where missing.
-        progress: wraps the candidates, to show how far the search is.
 
     Raises:
         BadInputError: the recordings have nothing in common, or nothing by which the clocks could be compared.
     """
-    params = params or AlignmentParams()
     observed, joints = _observed(estimate, reference, params.use_sigma)
-    paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
-                       bridged_gap(reference.times, _MAX_GAP))
+    paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints], MAX_GAP)
     base = reference.times[0] - estimate.stamps.min() * 1e-9  # clock offset of lag 0
     free = np.r_[np.full(6, params.transform is None), params.clock_offset is None]
     tracks = observed.longest_tracks()
@@ -107,14 +101,14 @@ def align(estimate: Any, reference: Any, params: Optional[AlignmentParams] = Non
     else:
         correlations, lags = None, [params.clock_offset - base]
     if params.clock_offset is None or params.transform is None:
-        candidates = find_candidates(observed, paths, lags, params.transform, progress)
+        candidates = find_candidates(observed, paths, lags, params.transform)
     else:
         candidates = [Solution(lags[0], params.transform[:3, :3], params.transform[:3, 3])]
     if not candidates:
         raise BadInputError('no joints of estimate and reference are seen at the same time'
                             + ' with the clock offset that was given' * (correlations is None))
     some = observed.some(_REFINING_ROWS)
-    solutions = [refine(some, paths, one, free, _REFINING_STEPS) for one in progress(candidates)]
+    solutions = [refine(some, paths, one, free, _REFINING_STEPS) for one in candidates]
     best = max(solutions, key=lambda solution: solution.merit)
     rival = max((one.merit for one in solutions if one.differs(best)), default=0.0) / max(best.merit, 1e-9)
     observed = observed.some(_FINAL_ROWS)

@@ -1,7 +1,7 @@
 """Candidates for lag and transform between two recordings, before any people are matched: most joints meet."""
 import itertools
 from dataclasses import dataclass
-from typing import Callable, Iterable, List, Optional, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 
@@ -72,11 +72,11 @@ class Solution:
 
 
 def find_candidates(observed: Observed, paths: JointPaths, lags: List[float],
-                    transform: Optional[np.ndarray], progress: Callable[[Iterable], Iterable]) -> List[Solution]:
+                    transform: Optional[np.ndarray]) -> List[Solution]:
     """Return the best solutions that pairs of track and subject suggest, for lags [s]; transform: if it is known."""
     some = observed.some(_ROWS)
     found: List[Solution] = []
-    for lag in progress(lags):
+    for lag in lags:
         truth = paths.at(some.times + lag)
         transforms = _pair_transforms(some, truth) if transform is None else [(transform[:3, :3], transform[:3, 3])]
         for rotation, translation in transforms:

@@ -20,8 +20,8 @@ _FASTEST = 4.0
 _SPEED_FLOOR = 0.05
 # Two samples follow each other if they are at most this many times the usual step apart.
 _ONE_STEP = 1.5
-# Longest gap in a track that is bridged [s].
-_BRIDGED = 0.25
+# Longest gap in a track that is bridged [s], and in a reference.
+_BRIDGED, MAX_GAP = 0.25, 0.1
 # Grid steps per frame of the camera, and the finest grid [s].
 _STEPS_PER_FRAME, _FINEST_STEP = 2, 1 / 60
 # Shortest time that two speeds have in common, over all their joints [s].
@@ -39,7 +39,7 @@ class JointPaths:
     Args:
         times: (T,) float64 [s], increasing.
         positions: (S, T, K, 3) of S people [m], NaN where missing.
-        max_gap: between two samples of a joint that may be bridged [s].
+        max_gap: between two samples of a joint that may be bridged [s]; more where usual samples are further apart.
 
     Raises:
         BadInputError: the times do not increase.
@@ -49,7 +49,8 @@ class JointPaths:
         self.times = np.asarray(times, np.float64)
         if np.any(np.diff(self.times) <= 0):
             raise BadInputError('the times of the reference do not increase from sample to sample')
-        self.max_gap = max_gap
+        steps = np.diff(self.times)
+        self._max_gap = max(max_gap, _ONE_STEP * float(np.median(steps))) if len(steps) else max_gap
         self._positions = np.array(positions, np.float64)
         for person in self._positions:
             for joint in range(person.shape[1]):
@@ -65,7 +66,7 @@ class JointPaths:
         after = np.searchsorted(at, self.times[missing])
         inner = (after > 0) & (after < len(at))
         missing, after = missing[inner], after[inner]
-        short = at[after] - at[after - 1] <= self.max_gap
+        short = at[after] - at[after - 1] <= self._max_gap
         for axis in range(3):
             path[missing[short], axis] = np.interp(self.times[missing[short]], at, path[known, axis])
 
@@ -78,7 +79,7 @@ class JointPaths:
         right = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
         start, end = self.times[right - 1], self.times[right]
         left_only, right_only = np.abs(times - start) < SAME_TIME, np.abs(times - end) < SAME_TIME
-        inside = (times > start) & (times < end) & (end - start <= self.max_gap)
+        inside = (times > start) & (times < end) & (end - start <= self._max_gap)
         part = ((times - start) / (end - start))[None, :, None, None]
         before, after = self._positions[:, right - 1], self._positions[:, right]
         between = before + part * (after - before)
@@ -90,11 +91,6 @@ class JointPaths:
     def velocity(self, times: np.ndarray, half: float) -> np.ndarray:
         """Return mean velocities (S, N, K, 3) [m/s] over `half` seconds to both sides; NaN as in `at`."""
         return (self.at(times + half) - self.at(times - half)) / (2 * half)
-
-
-def bridged_gap(times: np.ndarray, max_gap: float) -> float:
-    """Return the gap that may be bridged [s]: `max_gap`, or more where the usual samples (T,) [s] are further apart."""
-    return max(max_gap, _ONE_STEP * float(np.median(np.diff(times)))) if len(times) > 1 else max_gap
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,8 @@ from typing import Dict, List
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap
+from openpose_ros_tools.alignment.clock import MAX_GAP, JointPaths
 
-# Joints between two samples of a camera are interpolated over this time, as in the alignment [s].
-_MAX_GAP = 0.1
 # Tracks that follow each other in one slot are this far apart [s], so that nothing is interpolated between them.
 _APART = 1.0
 # Fewer frames with a person are no recording.
@@ -89,7 +87,7 @@ class CameraPaths:
         else:
             sigma = np.where(np.isfinite(sigma), sigma, keypoint_sigma(np.array(_UNKNOWN_SCORE)))
         self._sigma[slots, rows] = sigma
-        self._paths = JointPaths(self.times, self.positions, bridged_gap(self.times, _MAX_GAP))
+        self._paths = JointPaths(self.times, self.positions, MAX_GAP)
         self._half = max(float(np.median(np.diff(self.times))) / 2, 0.02)
 
     def at(self, times: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Image files, pixel for pixel: read as they are stored, written without loss."""
+"""Files of depth and other images, written without loss; units of depth."""
 import cv2
 import numpy as np
 
@@ -7,44 +7,17 @@ from openpose_ros_pkg.stream import image_decoding
 
 # Units per metre of 16-bit depth images, as REP 118 defines them.
 MILLIMETRES = 1000.0
-# Encoding of sensor_msgs/Image by type and number of channels.
-_ENCODINGS = {('uint8', 1): 'mono8', ('uint8', 3): 'bgr8', ('uint8', 4): 'bgra8', ('uint16', 1): 'mono16',
-              ('uint16', 3): 'bgr16', ('uint16', 4): 'bgra16'}
 # The greatest depth in 16 bits [units].
 _MOST_UNITS = 65535
 
 
-def decode_image(content: bytes, source: str) -> np.ndarray:
-    """Return an image file as it is stored, (H, W[, 3 or 4]) uint8 or uint16, BGR(A), a JPEG turned as its EXIF says.
-
-    Raises:
-        BadInputError: it can not be decoded, or is of another type.
-    """
-    # IMREAD_UNCHANGED ignores the orientation, which only the JPEGs of cameras have
-    is_jpeg = image_decoding.image_kind(content) == 'jpeg'
-    image = image_decoding.decode_image(
-        content, source, cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH if is_jpeg else cv2.IMREAD_UNCHANGED)
-    encoding_of(image, source)
-    return image
-
-
 def decode_depth(content: bytes, source: str) -> np.ndarray:
-    """Return a depth image file as it is stored, (H, W) uint16 or float32; errors as `decode_image`."""
+    """Return a depth image file as it is stored, (H, W) uint16 or float32; errors as `image_decoding.decode_image`."""
     depth = image_decoding.decode_image(content, source, cv2.IMREAD_UNCHANGED)
     if depth.ndim != 2 or depth.dtype not in (np.uint16, np.float32):
         raise BadInputError(f'{source}: expected one channel of uint16 or float32, got {depth.dtype} of shape '
                             f'{depth.shape}')
     return depth
-
-
-def encoding_of(image: np.ndarray, source: str) -> str:
-    """Return the encoding of a sensor_msgs/Image for an image; BadInputError, where there is none."""
-    channels = 1 if image.ndim == 2 else image.shape[2]
-    encoding = _ENCODINGS.get((str(image.dtype), channels))
-    if encoding is None:
-        raise BadInputError(f'{source}: expected 1, 3 or 4 channels of uint8 or uint16, got {image.dtype} of shape '
-                            f'{image.shape}')
-    return encoding
 
 
 def encode_image(image: np.ndarray, suffix: str, source: str) -> bytes:

@@ -1,21 +1,18 @@
 """Errors of people against aligned motion capture: the subject of each track, and the distances of its joints."""
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Callable, Dict, Iterable, Tuple
+from typing import Dict, Tuple
 
 import numpy as np
+import pandas as pd
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.alignment.alignment import Alignment
-from openpose_ros_tools.alignment.clock import SAME_TIME, JointPaths, bridged_gap
+from openpose_ros_tools.alignment.clock import MAX_GAP, SAME_TIME, JointPaths
 from openpose_ros_tools.alignment.people import pair_people
 from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import MISSING
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 # Largest median distance of a person's joints from those of its subject [m].
 _GATE = 0.5
@@ -51,13 +48,12 @@ class Comparison:
         """Distances (N, K) of the estimate from the reference [m], NaN where one of both is missing."""
         return np.linalg.norm(self.estimate - self.truth, axis=2)
 
-    def table(self) -> 'pd.DataFrame':
+    def table(self) -> pd.DataFrame:
         """Return one row per subject, frame and joint that the reference has [s, m].
 
         Columns: time, subject (category), person_ID, joint (category), found, status, error (NaN where the estimate
         has no answer), sigma, and x, y, z of the estimate and of the reference.
         """
-        import pandas as pd
         row, joint = np.nonzero(np.isfinite(self.truth).all(axis=2))
         values = {'time': self.times[row], 'subject': pd.Categorical.from_codes(self.subject[row], self.subjects),
                   'person_ID': self.track[row], 'joint': pd.Categorical.from_codes(joint, self.joints),
@@ -68,13 +64,8 @@ class Comparison:
         return pd.DataFrame(values)
 
 
-def compare(estimate: KeypointTable, reference: JointRecording, alignment: Alignment,
-            max_gap: float = 0.1, progress: Callable[[Iterable], Iterable] = iter) -> Comparison:
+def compare(estimate: KeypointTable, reference: JointRecording, alignment: Alignment) -> Comparison:
     """Pair people and subjects in each frame by the least sum of distances, and return the joints of both.
-
-    Args:
-        max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
-        progress: wraps the frames.
 
     Raises:
         BadInputError: the recordings have no joint or no time in common, or no person is near a subject.
@@ -86,14 +77,13 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
         raise BadInputError('estimate and reference have no joint in common')
     begin = estimate.stamps.min()
     stamps, frame_of = np.unique((estimate.stamps - begin) * 1e-9, return_inverse=True)
-    paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
-                       bridged_gap(reference.times, max_gap))
+    paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints], MAX_GAP)
     lag = alignment.clock_offset - (reference.times[0] - begin * 1e-9)
     inside = (stamps + lag > -SAME_TIME) & (stamps + lag < paths.times[-1] + SAME_TIME)
     if not inside.any():
         raise BadInputError('estimate and reference have no time in common with this clock offset')
     truth, positions = paths.at(stamps + lag), alignment.apply(estimate.positions[:, joints])
-    frame, row, subject = _matches(progress(np.flatnonzero(inside)), frame_of, positions, truth)
+    frame, row, subject = _matches(np.flatnonzero(inside), frame_of, positions, truth)
     found = row >= 0
     if not found.any():
         raise BadInputError(f'no person of the estimate is within {_GATE:g} m of a subject of the reference')
@@ -112,12 +102,10 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
         only_estimate=tuple(np.array(MESSAGE_JOINTS)[ours & ~theirs].tolist()))
 
 
-def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray
-             ) -> np.ndarray:
+def _matches(frames: np.ndarray, frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Return frame, row of the estimate (-1: not found) and number of each subject that is there, (3, N)."""
-    import pandas as pd
     rows_of, matches = pd.Series(frame_of).groupby(frame_of).indices, []
-    for frame in frames:
+    for frame in frames.tolist():
         rows = rows_of[frame]
         subjects = np.flatnonzero(np.isfinite(truth[:, frame]).all(axis=2).any(axis=1))
         found: Dict[int, int] = {subject: int(rows[person]) for person, subject

@@ -1,14 +1,12 @@
 """The figures of a comparison with motion capture: errors, shares, lengths of limbs, calibration of sigma."""
-from typing import TYPE_CHECKING, Any, Dict, Optional
+from typing import Any, Dict, Optional
 
 import numpy as np
+import pandas as pd
 
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15
 from openpose_ros_tools.mocap.evaluation import Comparison
 from skeleton_extract_3d.people import INFERRED, MEASURED
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 # Distances within which a joint counts as right, for the percentage of correct keypoints [m].
 PCK_DISTANCES = {'pck_50': 0.05, 'pck_100': 0.1, 'pck_150': 0.15}
@@ -21,7 +19,6 @@ Figures = Dict[str, Any]
 
 def summarize(comparison: Comparison) -> Figures:
     """Return all figures of a comparison, ready for JSON: lengths in mm, shares 0..1, None where there is no data."""
-    import pandas as pd
     table, found = comparison.table(), comparison.found
     people = pd.DataFrame({'subject': comparison.subject, 'track': comparison.track, 'found': found})
     subjects = {}
@@ -51,7 +48,7 @@ def number_or_none(value: float) -> Optional[float]:
     return round(float(value), 5) if np.isfinite(value) else None
 
 
-def _figures(table: 'pd.DataFrame') -> Figures:
+def _figures(table: pd.DataFrame) -> Figures:
     """Return the figures of a part of `Comparison.table`."""
     answered = table.dropna(subset=['error'])
     figures = {'reference': len(table), 'share_answered': _share(len(answered), len(table)),
@@ -63,7 +60,7 @@ def _figures(table: 'pd.DataFrame') -> Figures:
     return figures
 
 
-def _errors(errors: 'pd.Series') -> Figures:
+def _errors(errors: pd.Series) -> Figures:
     """Return mean (the MPJPE), median and 90th percentile [mm] of errors [m], and shares of correct ones."""
     return {'answered': len(errors), 'mean_mm': number_or_none(1e3 * errors.mean()),
             'median_mm': number_or_none(1e3 * errors.median()), 'p90_mm': number_or_none(1e3 * errors.quantile(0.9)),
@@ -73,7 +70,6 @@ def _errors(errors: 'pd.Series') -> Figures:
 
 def _bones(comparison: Comparison) -> Dict[str, Figures]:
     """Return the errors of the length of each limb, and its variation: standard deviation by mean, over a person."""
-    import pandas as pd
     bones: Dict[str, Figures] = {}
     for limb in _LIMBS:
         if not set(limb) <= set(comparison.joints):
@@ -99,7 +95,7 @@ def _variation(lengths: Any) -> Optional[float]:
     return number_or_none(np.average(people['std'] / people['mean'], weights=people['count'])) if len(people) else None
 
 
-def _calibration(table: 'pd.DataFrame') -> Dict[str, Figures]:
+def _calibration(table: pd.DataFrame) -> Dict[str, Figures]:
     """Return how well sigma, the root mean square error that the estimate claims, agrees with the errors."""
     result = {}
     for name, status in _KINDS:

@@ -1,20 +1,16 @@
 """Files of motion capture systems: tables of OptiTrack Motive (.csv), C3D (.c3d), TRC (.trc)."""
 import csv
-import logging
-import re
 import struct
 import warnings
 from dataclasses import dataclass
 from io import BytesIO, StringIO
-from itertools import count, islice
+from itertools import islice
 from pathlib import Path
 from typing import Dict, Iterable, List, Sequence, Tuple, Union
 
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-
-_log = logging.getLogger(__name__)
 
 _MOTIVE_KEY, _TRC_KEY, _C3D_KEY = 'Format Version', 'PathFileType', 0x50  # the last is the second byte of a file
 # Names of length units, in lower case, and their size [m].
@@ -28,7 +24,7 @@ _C3D_ERRORS = (AssertionError, AttributeError, IndexError, KeyError, NameError, 
 class MarkerRecording:
     """Positions of M markers, or joints, at T times, in the frame and by the clock of the motion capture system."""
 
-    names: Tuple[str, ...]  # each once
+    names: Tuple[str, ...]
     times: np.ndarray  # (T,) float64 [s], increasing
     positions: np.ndarray  # (T, M, 3) float64 [m]; NaN where a marker is hidden
 
@@ -42,7 +38,7 @@ class MarkerRecording:
 
 
 def read_mocap(path: Union[str, Path]) -> MarkerRecording:
-    """Read the markers of a recording, whatever its suffix; of equal names the second is called NAME (2).
+    """Read the markers of a recording, whatever its suffix.
 
     Raises:
         BadInputError: the file is missing, of no known format, or damaged.
@@ -58,9 +54,9 @@ def read_mocap(path: Union[str, Path]) -> MarkerRecording:
         else:
             text = content.decode('utf-8-sig', errors='replace')
             if text.startswith(_MOTIVE_KEY):
-                names, times, positions = _read_motive(_whole_lines(text))
+                names, times, positions = _read_motive(text.splitlines())
             elif text.startswith(_TRC_KEY):
-                names, times, positions = _read_trc(_whole_lines(text))
+                names, times, positions = _read_trc(text.splitlines())
             else:
                 raise ValueError("expected a table that Motive exported with 'Header Information' (.csv), C3D (.c3d) "
                                  f'or TRC (.trc); it starts with {text[:40]!r}')
@@ -71,7 +67,7 @@ def read_mocap(path: Union[str, Path]) -> MarkerRecording:
     if not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
         raise BadInputError(f'{path}: times do not increase from row to row')
     positions[~np.isfinite(positions).all(axis=2)] = np.nan
-    return MarkerRecording(_unique(names), times, positions)
+    return MarkerRecording(tuple(names), times, positions)
 
 
 def _read_motive(lines: Sequence[str]) -> Tuple[List[str], np.ndarray, np.ndarray]:
@@ -167,16 +163,6 @@ def _read_c3d(content: bytes) -> Tuple[List[str], np.ndarray, np.ndarray]:
     return names, (first - 1 + np.arange(len(frames))) / rate, positions
 
 
-def _whole_lines(text: str) -> List[str]:
-    """Return the lines of a table without a last one that breaks off, as when the export was interrupted."""
-    lines = text.splitlines()
-    if len(lines) > 1 and not text.endswith('\n') and len(re.findall('[,\t]', lines[-1])) < len(
-            re.findall('[,\t]', lines[-2])):
-        _log.warning('the last line is left out, as it breaks off')
-        lines.pop()
-    return lines
-
-
 def _numbers(lines: Sequence[str], separator: str, width: int, columns: Iterable[int]) -> np.ndarray:
     """Return columns of the rows of a table, float64; empty cells are NaN."""
     import pandas as pd
@@ -192,11 +178,3 @@ def _metres(unit: str) -> float:
     if unit.strip().lower() not in UNITS:
         raise ValueError(f"lengths in '{unit.strip()}', expected one of {', '.join(UNITS)}")
     return UNITS[unit.strip().lower()]
-
-
-def _unique(names: Iterable[str]) -> Tuple[str, ...]:
-    result: Dict[str, None] = {}
-    for name in names:
-        candidates = (name if number == 1 else f'{name} ({number})' for number in count(1))
-        result[next(each for each in candidates if each not in result)] = None
-    return tuple(result)

@@ -60,11 +60,15 @@ def read_marker_map(path: Union[str, Path]) -> MarkerMap:
     if not file.is_file():
         raise BadInputError(f"marker map '{path}': there is no such file, nor a shipped map of this name "
                             f"({', '.join(shipped_maps())})")
-    where = f'marker map {path}'
-    values = _mapping(where, file_values(file, f'marker map {file}'), ('description', 'joints'))
     rules: Dict[str, Rule] = {}
-    for joint, value in _mapping(f'{where}, joints', values.get('joints'), MESSAGE_JOINTS).items():
-        rules[joint] = _rule(f'{where}, {joint}', value, tuple(rules))
+    joint, values = 'joints', file_values(file, f'marker map {file}')
+    try:
+        _check_keys(values, ('description', 'joints'))
+        _check_keys(values.get('joints'), MESSAGE_JOINTS)
+        for joint, value in values['joints'].items():
+            rules[joint] = _rule(value, tuple(rules))
+    except (LookupError, TypeError, ValueError) as error:
+        raise BadInputError(f'marker map {path}, {joint}: {error}') from error
     return MarkerMap(str(path), rules)
 
 
@@ -125,50 +129,45 @@ def _mean(points: Points, names: Sequence[str]) -> np.ndarray:
     return np.mean([points[name] for name in names], axis=0)
 
 
-def _rule(where: str, value: Any, above: Sequence[str]) -> Rule:
-    """Return the rule that a value stands for; where: it stands, for errors; above: joints that it may be made of."""
-    value = {'markers': value} if isinstance(value, (str, list)) else _mapping(where, value)
-    kinds = [kind for kind in _KINDS if kind in value]
-    if len(kinds) != 1:
-        raise BadInputError(f"{where}: expected one of {', '.join(_KINDS)}, got {' and '.join(kinds) or 'none'}")
-    kind = kinds[0]
-    rule = dict(_mapping(where, value, (kind, *_KINDS[kind])))
+def _rule(value: Any, above: Sequence[str]) -> Rule:
+    """Return the rule that a value stands for; above: joints that it may be made of."""
+    if isinstance(value, (str, list)):
+        value = {'markers': value}
+    kind = next((kind for kind in _KINDS if kind in value), None)
+    if kind is None:
+        raise ValueError(f"expected one of {', '.join(_KINDS)}")
+    _check_keys(value, (kind, *_KINDS[kind]))
     if kind == 'first_of':
-        if not isinstance(rule[kind], list) or not rule[kind]:
-            raise BadInputError(f'{where}: first_of = {rule[kind]!r}, expected a list')
-        return {kind: [_rule(where, each, above) for each in rule[kind]]}
+        return {kind: [_rule(each, above) for each in value[kind]]}
     if kind == 'hip_centre':
-        rule['asis'], rule['psis'] = (_names(where, key, rule.get(key)) for key in ('asis', 'psis'))
-        if rule[kind] not in ('left', 'right') or len(rule['asis']) != 2:
-            raise BadInputError(f'{where}: expected hip_centre left or right, asis [LEFT, RIGHT] and psis [LEFT, '
-                                f'RIGHT] or [SACRUM], got {value!r}')
-        return rule
-    rule[kind] = _names(where, kind, rule[kind])
+        asis, psis = (_names(value.get(key)) for key in _KINDS[kind])
+        if value[kind] not in ('left', 'right') or len(asis) != 2:
+            raise ValueError('expected hip_centre left or right, asis [LEFT, RIGHT] and psis [LEFT, RIGHT] or [SACRUM]')
+        return {kind: value[kind], 'asis': asis, 'psis': psis}
+    rule: Rule = {kind: _names(value[kind])}
     unknown = [name for name in rule.get('joints', ()) if name not in above]
     if unknown:
-        raise BadInputError(f"{where}: uses {', '.join(unknown)}, which is not among the joints above it")
-    if 'shift' in rule:
-        shift = dict(_mapping(f'{where}, shift', rule['shift'], ('metres', 'from', 'to')))
-        metres = shift.get('metres')
-        if not isinstance(metres, (int, float)) or isinstance(metres, bool) or not abs(metres) <= _MOST_SHIFT:
-            raise BadInputError(f'{where}: shift by metres = {metres!r}, expected a number within -1 .. 1 [m]')
-        rule['shift'] = {'metres': metres, **{key: _names(where, f'shift {key}', shift.get(key))
-                                              for key in ('from', 'to') if key == 'to' or key in shift}}
+        raise ValueError(f"uses {', '.join(unknown)}, which is not among the joints above it")
+    if 'shift' in value:
+        shift = value['shift']
+        _check_keys(shift, ('metres', 'from', 'to'))
+        if not abs(shift['metres']) <= _MOST_SHIFT:
+            raise ValueError(f"shift by metres = {shift['metres']!r}, expected a number within -1 .. 1 [m]")
+        rule['shift'] = {'metres': shift['metres'], 'to': _names(shift.get('to')), **(
+            {'from': _names(shift['from'])} if 'from' in shift else {})}
     return rule
 
 
-def _names(where: str, key: str, value: Any) -> List[str]:
+def _names(value: Any) -> List[str]:
     names: List[Any] = [value] if isinstance(value, str) else value
     if not isinstance(names, list) or not names or not all(isinstance(name, str) and name for name in names):
-        raise BadInputError(f'{where}: {key} = {value!r}, expected a name or a list of names')
+        raise ValueError(f'{value!r}, expected a name or a list of names')
     return names
 
 
-def _mapping(where: str, value: Any, known: Optional[Sequence[str]] = None) -> Dict[str, Any]:
-    """Return the value if it is a mapping with none but known keys."""
+def _check_keys(value: Any, known: Sequence[str]) -> None:
     if not isinstance(value, dict) or not value:
-        raise BadInputError(f'{where}: expected keys with values, got {value!r}')
-    unknown = [] if known is None else [str(key) for key in value if key not in known]
+        raise ValueError(f'expected keys with values, got {value!r}')
+    unknown = [str(key) for key in value if key not in known]
     if unknown:
-        raise BadInputError(f"{where}: unknown {', '.join(unknown)}; allowed: {', '.join(known or ())}")
-    return value
+        raise ValueError(f"unknown {', '.join(unknown)}; allowed: {', '.join(known)}")

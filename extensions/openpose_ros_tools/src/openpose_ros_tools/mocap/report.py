@@ -2,11 +2,11 @@
 import html
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Dict, Optional
+from typing import Dict, Optional
 
 import numpy as np
+import pandas as pd
 
-from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.mocap.evaluation import Comparison
 from openpose_ros_tools.mocap.figures import PCK_DISTANCES, Figures, number_or_none, summarize
@@ -14,9 +14,6 @@ from openpose_ros_tools.mocap.study import study
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.tables.keypoint_table import STATUS_WORDS
 from skeleton_extract_3d.points.transform import quaternions
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _PAGE = Path(__file__).resolve().parents[1] / 'data' / 'mocap_report.html'
 FILES = ('report.html', 'summary.json', 'errors.csv')
@@ -84,9 +81,8 @@ def facts(values: Figures) -> Dict[str, str]:
     return found
 
 
-def tables(values: Figures) -> 'Dict[str, pd.DataFrame]':
+def tables(values: Figures) -> Dict[str, pd.DataFrame]:
     """Return the errors, the figures of validation studies, people and limbs as tables, by title."""
-    import pandas as pd
     joints = pd.json_normalize([*values['joints'].values(), values['overall']])
     joints.index = [*(name.replace('_', ' ') for name in values['joints']), 'all joints']
     shares = {'share_answered': 'answered', **{key: key.replace('pck_', 'PCK ') for key in PCK_DISTANCES},
@@ -121,7 +117,7 @@ def text(values: Figures) -> str:
 
 
 def write_report(folder: Path, comparison: Comparison, values: Figures) -> None:
-    """Write `FILES` into a folder; an interrupt leaves an older report. ParameterError: it can not be written to."""
+    """Write `FILES` into a folder; an interrupt leaves an older report. OSError: it can not be written to."""
     errors = comparison.table().dropna(subset=['error']).drop(columns='found')
     errors = errors.assign(time=errors.time.map('{:.6f}'.format), status=errors.status.map(STATUS_WORDS))
     body = [f'<p>{html.escape(name)}: {html.escape(value)}</p>' for name, value in values['inputs'].items()]
@@ -130,9 +126,8 @@ def write_report(folder: Path, comparison: Comparison, values: Figures) -> None:
     for title, table in tables(values).items():
         body += [f'<h2>{html.escape(title)}</h2>', table.to_html(
             na_rep='-', float_format='{:.1f}'.format, formatters=_FORMS, border=0)]
-    folder = writable_folder('output', folder).resolve()
     with PartFiles() as parts:
-        part = parts.folder(folder, FILES.__contains__)
+        part = parts.folder(folder.resolve(), FILES.__contains__)
         page = _PAGE.read_text(encoding='utf-8').replace('BODY', '\n'.join(body))
         (part / 'report.html').write_text(page, encoding='utf-8')
         errors.to_csv(part / 'errors.csv', index=False, float_format='%.5f')

@@ -3,18 +3,16 @@
 The form is that of Bertram et al., PLoS ONE 18 (2023) e0279697 (Azure Kinect: RMSE 20-89 mm by region, axis and task),
 and, for angles, of Ma et al., APSIPA 2020 (two Azure Kinects in gait: knee 11.9, hip 15.1 degrees).
 """
-from typing import TYPE_CHECKING, Any, Dict, Iterator, Tuple
+from typing import Any, Dict, Iterator, Tuple
 
 import numpy as np
+import pandas as pd
 
 from openpose_ros_tools.mocap.evaluation import Comparison
 from openpose_ros_tools.mocap.figures import Figures, number_or_none
 from openpose_ros_tools.motion.angles import between
 from openpose_ros_tools.tables.keypoint_selection import upright_axis
 from skeleton_extract_3d.people import MEASURED
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 # Regions in which Bertram et al. compare landmarks, by the ends of the joints' names.
 REGIONS = {'head': ('nose', 'eye', 'ear', 'head_top'), 'trunk': ('neck', 'chest', 'shoulder', 'hip'),
@@ -49,7 +47,7 @@ def anatomical_axes(comparison: Comparison, rotation: np.ndarray) -> np.ndarray:
     return np.stack([np.cross(away, up), up, away])
 
 
-def trajectories(comparison: Comparison, axes: np.ndarray, measured: bool = False) -> 'pd.DataFrame':
+def trajectories(comparison: Comparison, axes: np.ndarray, measured: bool = False) -> pd.DataFrame:
     """Return a row for each subject, joint and axis [m], and for each angle [deg].
 
     Columns: part (region, or angle), axis (of `AXES`, or angle), samples, square (mean square of the error), variance
@@ -59,7 +57,6 @@ def trajectories(comparison: Comparison, axes: np.ndarray, measured: bool = Fals
         axes: (3, 3) unit vectors of `AXES` in the frame of the reference, one per row.
         measured: leave out joints that are inferred.
     """
-    import pandas as pd
     used = comparison.status == MEASURED if measured else np.ones(comparison.status.shape, bool)
     ours = np.where(used[..., None], comparison.estimate, np.nan) @ axes.T
     rows = []
@@ -81,7 +78,7 @@ def study(comparison: Comparison, rotation: np.ndarray) -> Dict[str, Any]:
             'measured': study_figures(trajectories(comparison, axes, measured=True))}
 
 
-def study_figures(table: 'pd.DataFrame') -> Dict[str, Dict[str, Figures]]:
+def study_figures(table: pd.DataFrame) -> Dict[str, Dict[str, Figures]]:
     """Return the figures of `trajectories` by part and axis, ready for JSON: [mm], of angles [deg].
 
     Root mean squares are over all samples; r and motion are means over the trajectories.

@@ -4,7 +4,7 @@ from typing import Dict, Optional, Sequence
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap
+from openpose_ros_tools.alignment.clock import JointPaths
 from openpose_ros_tools.mocap.files import MarkerRecording
 from openpose_ros_tools.tables.keypoint_selection import level_axis, upwards_of
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
@@ -27,13 +27,12 @@ def y_up(up: np.ndarray) -> np.ndarray:
     return np.stack([x, y, np.cross(x, y)])
 
 
-def sample_people(table: KeypointTable, rate: Optional[float] = None, up: Optional[Sequence[float]] = None,
-                  begin: Optional[int] = None) -> Dict[int, MarkerRecording]:
-    """Return the joints of all people that are in two frames or more, by id: those that are known at any time.
+def sample_people(table: KeypointTable, up: Optional[Sequence[float]] = None, begin: Optional[int] = None
+                  ) -> Dict[int, MarkerRecording]:
+    """Return the joints of all people in two frames or more, by id, at the usual rate: those that are ever known.
 
     Args:
         table: in space.
-        rate: [Hz]; None: that of the recording.
         up: (3,) upwards; None: the axis along which people are most of the time.
         begin: of the recording [ns], where the time is 0; None: that of the table.
 
@@ -44,7 +43,7 @@ def sample_people(table: KeypointTable, rate: Optional[float] = None, up: Option
     frames = np.unique((table.stamps - begin) * 1e-9)
     if len(frames) < 2:
         raise BadInputError('there is one frame with people, expected two at least')
-    rate = rate or round(1 / float(np.median(np.diff(frames))), _RATE_DIGITS)
+    rate = round(1 / float(np.median(np.diff(frames))), _RATE_DIGITS)
     turn, people = y_up(upwards_of(table, up)), {}
     for person in np.unique(table.ids).tolist():
         rows = table.of_person(person)
@@ -52,7 +51,7 @@ def sample_people(table: KeypointTable, rate: Optional[float] = None, up: Option
         first, last = int(np.ceil(times[0] * rate - _ROUNDING)), int(np.floor(times[-1] * rate + _ROUNDING))
         if last > first:
             samples = np.arange(first, last + 1) / rate
-            paths = JointPaths(times, rows.positions[order].astype(np.float64)[None], bridged_gap(times, _MAX_GAP))
+            paths = JointPaths(times, rows.positions[order].astype(np.float64)[None], _MAX_GAP)
             positions = paths.at(np.clip(samples, times[0], times[-1]))[0]
             known = np.isfinite(positions).all(axis=2).any(axis=0)
             people[person] = MarkerRecording(tuple(np.array(rows.joints)[known].tolist()), samples,

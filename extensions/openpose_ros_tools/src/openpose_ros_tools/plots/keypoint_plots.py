@@ -11,7 +11,7 @@ from openpose_ros_tools.plots import plotting
 from openpose_ros_tools.tables.keypoint_selection import Selection, ground_places, vertical_axis
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
-# With more frames than this, points are small, and drawn as pixels also in PDF and SVG.
+# With more frames than this, points are small.
 _MANY_FRAMES = 600
 # Size of the camera in the view from above [m].
 _CAMERA_SIZE = 0.25
@@ -42,13 +42,14 @@ def paths_of_people(selection: Selection) -> Figure:
         if known.any():
             right, up = (_broken(selection.seconds(rows.stamps), places[:, column], selection.gap)[1]
                          for column in columns)
-            axes.plot(right, up, '.-', color=colour, linewidth=1.2, markersize=3, rasterized=len(rows) > _MANY_FRAMES,
+            axes.plot(right, up, '.-', color=colour, linewidth=1.2, markersize=3,
                       label=f'person {person} ({plotting.joint_title(joint)})')
             for row, fill in ((0, 'white'), (-1, colour)):
                 axes.plot(*places[known][row][columns], 'o', color=colour, markerfacecolor=fill, markersize=9, zorder=4)
     ends = [Line2D([], [], marker='o', color=_GREY, linestyle='', markerfacecolor=fill, label=label)
             for fill, label in (('white', 'begin'), (_GREY, 'end'))]
-    plotting.legend_beside(axes, [*axes.get_legend_handles_labels()[0], *ends])
+    axes.legend(handles=[*axes.get_legend_handles_labels()[0], *ends], loc='upper left', bbox_to_anchor=(1.0, 1.0),
+                frameon=False, fontsize='small', handlelength=1.4)
     labels, _ = _coordinate_labels(selection)
     if not in_space:
         axes.invert_yaxis()
@@ -73,13 +74,12 @@ def trajectory(selection: Selection, joint: str) -> Figure:
     for person, colour in colours.items():
         rows = selection.table.of_person(person)
         seconds, status, spread = selection.seconds(rows.stamps), rows.status[:, number], rows.sigma[:, number]
-        style = {'color': colour, 'rasterized': small}
         for axes, values in zip(panels, rows.positions[:, number].T):
-            axes.plot(*_broken(seconds, values, selection.gap), '-', linewidth=0.9, **style)
+            axes.plot(*_broken(seconds, values, selection.gap), '-', linewidth=0.9, color=colour)
             axes.plot(seconds[status == MEASURED], values[status == MEASURED], '.', markersize=2 if small else 4.5,
-                      **style)
+                      color=colour)
             axes.plot(seconds[status == INFERRED], values[status == INFERRED], 'o', markersize=2 if small else 3.5,
-                      markerfacecolor='white', markeredgewidth=0.8, **style)
+                      markerfacecolor='white', markeredgewidth=0.8, color=colour)
             if np.isfinite(spread).any():
                 axes.fill_between(*_broken(seconds, values - spread, selection.gap),
                                   _broken(seconds, values + spread, selection.gap)[1], color=colour, alpha=0.15,
@@ -96,7 +96,8 @@ def trajectory(selection: Selection, joint: str) -> Figure:
                     for marker, fill, label in (('.', _GREY, 'measured'), ('o', 'white', 'inferred'))]
         if np.isfinite(selection.table.sigma).any():
             handles.append(Patch(color=_GREY, alpha=0.3, label='1 sigma'))
-    plotting.legend_above(panels[0], handles)
+    panels[0].legend(handles=handles, loc='lower right', bbox_to_anchor=(1.0, 1.0), ncol=min(len(handles), 8),
+                     frameon=False, fontsize='small', borderaxespad=0.2, handlelength=1.4, columnspacing=1.2)
     return figure
 
 
@@ -108,9 +109,13 @@ def detections(selection: Selection) -> Figure:
     marks, counts = figure.subplots(2, 1, sharex=True, gridspec_kw={'height_ratios': (0.6 + 0.24 * len(persons), 1.3)})
     times = [frames, *(selection.seconds(selection.table.of_person(person).stamps) for person in persons)]
     for row, (moments, colour) in enumerate(zip(times, ['#000000', *plotting.person_colours(persons).values()])):
-        marks.vlines(moments, row - 0.38, row + 0.38, color=colour, linewidth=0.8 if len(frames) < 1000 else 0.3,
-                     rasterized=len(frames) > _MANY_FRAMES)
-    plotting.label_rows(marks, ['frames', *(f'person {person}' for person in persons)])
+        marks.vlines(moments, row - 0.38, row + 0.38, color=colour, linewidth=0.8 if len(frames) < 1000 else 0.3)
+    marks.set_yticks(range(len(times)))
+    marks.set_yticklabels(['frames', *(f'person {person}' for person in persons)], fontsize='small')
+    marks.set_ylim(len(times) - 0.5, -0.5)
+    for side in ('top', 'right', 'left'):
+        marks.spines[side].set_visible(False)
+    marks.tick_params(axis='y', length=0)
     # of all rows: also of people that were not chosen
     in_view = np.bincount(np.searchsorted(selection.frames, selection.all_people.stamps), minlength=len(frames))
     counts.step(*_broken(frames, in_view, selection.gap, selection.period), where='post', color=plotting.PALETTE[0])

@@ -71,25 +71,3 @@ def time_axis(axes: Any, span: Tuple[float, float]) -> None:
     begin, end = span
     margin = 0.01 * (end - begin) or 0.5
     axes.set(xlim=(begin - margin, end + margin), xlabel='time since the first frame [s]')
-
-
-def legend_above(axes: Any, handles: Sequence[Any]) -> None:
-    """Put a legend above the axes, at the right, where it hides nothing; more than 8 handles take further lines."""
-    axes.legend(handles=handles, loc='lower right', bbox_to_anchor=(1.0, 1.0), ncol=min(max(len(handles), 1), 8),
-                frameon=False, fontsize='small', borderaxespad=0.2, handlelength=1.4, columnspacing=1.2)
-
-
-def legend_beside(axes: Any, handles: Sequence[Any]) -> None:
-    """Put a legend to the right of the axes."""
-    axes.legend(handles=handles, loc='upper left', bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize='small',
-                handlelength=1.4)
-
-
-def label_rows(axes: Any, names: Sequence[str]) -> None:
-    """Name rows at 0, 1, ... from above; a row is one high."""
-    axes.set_yticks(range(len(names)))
-    axes.set_yticklabels([joint_title(name) for name in names], fontsize='small')
-    axes.set_ylim(len(names) - 0.5, -0.5)
-    for side in ('top', 'right', 'left'):
-        axes.spines[side].set_visible(False)
-    axes.tick_params(axis='y', length=0)

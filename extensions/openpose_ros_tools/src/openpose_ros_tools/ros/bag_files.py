@@ -64,7 +64,7 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
     except rosbag.ROSBagUnindexedException:
         raise BadInputError(f'{path} has no index, as recordings have that were cut off or damaged; mend it with: '
                             f'rosbag reindex {path}') from None
-    except Exception as error:  # as in `messages_of`
+    except Exception as error:  # as in `stamped_messages`
         if isinstance(error, OSError) and error.filename:  # it can not even be opened
             raise BadInputError(f'{path}: {error.strerror}') from error
         raise BadInputError(f'{path} is not a bag, or is damaged ({error}); `rosbag reindex` and `rosbag fix` may mend '
@@ -131,29 +131,15 @@ def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
     return {topic: one.msg_type for topic, one in topics.items() if one.message_count}
 
 
+def message_count(bag: rosbag.Bag, topic: str) -> int:
+    """Return the number of messages of a topic that is in a bag; a video that does not state its images has one."""
+    return int(bag.get_type_and_topic_info().topics[topic].message_count)
+
+
 def topic_finder(bag: rosbag.Bag, namespace: str = '') -> TopicFinder:
     """Return the finder of the topics of a camera in a bag, of those in a namespace."""
-    return TopicFinder(topic_types(bag), lambda topic: next(messages_of(bag, [topic])).message, bag.filename, namespace)
-
-
-def messages_of(bag: rosbag.Bag, topics: Sequence[str], *span: Optional[genpy.Time], **options: bool
-                ) -> Iterator[Any]:
-    """Yield what `bag.read_messages` gives.
-
-    Raises:
-        BadInputError: the bag is damaged, or defines these messages in part.
-    """
-    messages = bag.read_messages([*topics], *span, **options)
-    while topics:  # without any, rosbag would read all
-        try:
-            message = next(messages)
-        except StopIteration:
-            return
-        except Exception as error:  # rosbag lets through what its parsers of definitions and messages raise
-            mending = MENDING if isinstance(bag, Ros2Recording) else '`rosbag reindex` may save the rest'
-            raise BadInputError(f'{bag.filename} is damaged, or defines its types in part: messages on '
-                                f'{" or ".join(topics)} can not be read ({error}); {mending}') from error
-        yield message
+    return TopicFinder(topic_types(bag), lambda topic: deserialized(next(stamped_messages(bag, [topic]))),
+                       str(bag.filename), namespace)
 
 
 def stamped_messages(bag: rosbag.Bag, topics: Sequence[str], start: Optional[genpy.Time] = None,
@@ -164,9 +150,18 @@ def stamped_messages(bag: rosbag.Bag, topics: Sequence[str], start: Optional[gen
         start, end: of the recording, None: all.
 
     Raises:
-        BadInputError: the bag is damaged.
+        BadInputError: the bag is damaged, or defines these messages in part.
     """
-    for topic, raw, time, connection in messages_of(bag, topics, start, end, raw=True, return_connection_header=True):
+    messages = bag.read_messages([*topics], start, end, raw=True, return_connection_header=True)
+    while topics:  # without any, rosbag would read all
+        try:
+            topic, raw, time, connection = next(messages)
+        except StopIteration:
+            return
+        except Exception as error:  # rosbag lets through what its parsers of definitions and messages raise
+            mending = MENDING if isinstance(bag, Ros2Recording) else '`rosbag reindex` may save the rest'
+            raise BadInputError(f'{bag.filename} is damaged, or defines its types in part: messages on '
+                                f'{" or ".join(topics)} can not be read ({error}); {mending}') from error
         stamp, frame_id = None, ''
         if raw[4]._slot_types[:1] == ['std_msgs/Header']:
             if len(raw[1]) < _HEADER.size:

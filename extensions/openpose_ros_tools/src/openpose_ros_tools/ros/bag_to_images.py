@@ -9,9 +9,9 @@ images_to_bag makes of the folder the same images, stamps, calibration and frame
 benchmark read its lists (--depth-scale 5000 for their unit), and rgbd_player_node plays it. images_to_bag --help says
 what is in the folder.
 
-Nothing is rounded: compressed images are written as they came (.jpg, .png), others as PNG, depth in mm as 16-bit PNG
-and depth in m as TIFF of float32. Only raw Bayer and YUV images are converted, to bgr8. Where the bag has clouds and no
-depth image, depth is the z of the cloud.
+Nothing is rounded: compressed images are written as they came (.jpg, .png), others as PNG of 8-bit colours, depth in
+mm as 16-bit PNG and depth in m as TIFF of float32. Where the bag has clouds and no depth image, depth is the z of the
+cloud.
 
 Exit status: 0 done; 1 done but for messages that contain no image; 2 nothing was written, as the command line or the
 bag is wrong; 130 interrupted, there is no folder.
@@ -41,6 +41,7 @@ from openpose_ros_tools.ros.bag_files import (
     TF_TOPIC,
     StampedMessage,
     deserialized,
+    message_count,
     open_bag,
     stamped_messages,
     topic_finder,
@@ -71,16 +72,11 @@ def _run(options: argparse.Namespace) -> int:
         topics = _topics(bag, options.image, options.depth, options.camera_info)
         streams = {stream: topic for stream, topic in (
             ('colour', topics.image), ('depth', topics.points or topics.depth)) if topic}
-        frames = {stream: next(stamped_messages(bag, [topic])).frame_id for stream, topic in streams.items()}
-        frame_id = next(iter(frames.values()))
+        frame_id = next(stamped_messages(bag, [next(iter(streams.values()))])).frame_id
         calibration = _calibration(bag, topics)
         pose = _pose_in_world(bag, frame_id)
         written, failed = _write_images(part, bag, streams, options.depth_scale)
         files, remarks = number_files(part, written)
-        if len(set(frames.values())) > 1:
-            texts = ', '.join(f'{stream} {name}' for stream, name in frames.items())
-            remarks.append(f'the streams have several frames: {texts}; sequence.yaml names that of the '
-                           f'{next(iter(frames))} images')
         for remark in remarks:
             _log.warning('%s', remark)
         write_lists(part, files)
@@ -111,15 +107,11 @@ def _topics(bag: rosbag.Bag, image: str, depth: str, camera_info: str) -> Camera
 
 def _calibration(bag: rosbag.Bag, topics: CameraTopics) -> Optional[Calibration]:
     """Return the first calibration of the images; BadInputError: depth is of another camera."""
-    infos = [calibration_from_message(deserialized(message))
-             for message in stamped_messages(bag, [topics.image_info] * bool(topics.image_info))]
-    changed = sum(info != infos[0] for info in infos)
-    if not infos:
+    calibration = None
+    if topics.image_info:
+        calibration = calibration_from_message(deserialized(next(stamped_messages(bag, [topics.image_info]))))
+    else:
         _log.warning('no calibration: there will be no camera.yaml')
-    if changed:
-        _log.warning('%d messages on %s differ from the first one, which camera.yaml is made of', changed,
-                     topics.image_info)
-    calibration = infos[0] if infos else None
     depth = topics.points or topics.depth
     info = topic_finder(bag).camera_info_of(depth) if depth else None
     lens = calibration_from_message(deserialized(next(stamped_messages(bag, [info])))) if info else None
@@ -149,7 +141,7 @@ def _write_images(folder: Path, bag: rosbag.Bag, streams: Dict[str, str], depth_
     def messages() -> Iterator[StampedMessage]:
         taken: Set[Tuple[str, Optional[int]]] = set()
         for message in Progress(stamped_messages(bag, list(stream_of)), unit='image',
-                                total=sum(map(bag.get_message_count, stream_of))):
+                                total=sum(message_count(bag, topic) for topic in stream_of)):
             if not message.stamp or (message.topic, message.stamp) in taken:
                 raise BadInputError(f"a message on '{message.topic}' has "
                                     f"{'the stamp of another one' if message.stamp else 'no stamp in its header'}")

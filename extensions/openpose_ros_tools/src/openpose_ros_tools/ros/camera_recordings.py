@@ -1,6 +1,6 @@
 """The people of several cameras, out of bags and tables, for the calibration of the cameras."""
 from pathlib import Path
-from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
+from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 from sensor_msgs.msg import CameraInfo
@@ -14,7 +14,7 @@ from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.calibration.recording import CameraRecording, keypoint_sigma
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.bag_files import open_bag, parts_of_recordings, topic_types
-from openpose_ros_tools.ros.keypoints.keypoint_bag import bag_messages, read_keypoint_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import bag_messages, read_keypoints
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
@@ -56,7 +56,7 @@ def recordings_of_files(paths: Sequence[Path], names: Sequence[str], calibration
             raise BadInputError(f'{path} has no people of a camera ({_EXPECTED}); process_bag finds the people of '
                                 'images and depth images')
         for namespace, topic in topics.items():
-            name, table = namespace or first_part[path].stem, read_keypoint_bag(path, topic)
+            name, table = namespace or first_part[path].stem, read_keypoints(path, topic)[0]
             tables.setdefault(name, []).append(table)
             model = _model_of(infos, namespace, table, rectified)
             if model is not None:
@@ -70,10 +70,7 @@ def recordings_of_files(paths: Sequence[Path], names: Sequence[str], calibration
 
 def _recording(name: str, table: KeypointTable, model: Optional[CameraModel]) -> CameraRecording:
     """Return the recording of a table; in the image, rays through the keypoints."""
-    frames: Set[str] = set(table.frame_ids.tolist()) - {''}
-    if len(frames) > 1:
-        raise BadInputError(f'the people of {name} are in several frames: {", ".join(sorted(frames))}')
-    frame = frames.pop() if frames else f'{name.replace("/", "_")}_optical_frame'
+    frame = table.frame_id(name) or f'{name.replace("/", "_")}_optical_frame'
     focal = float('nan') if model is None else float(np.sqrt(model.matrix[0, 0] * model.matrix[1, 1]))
     if table.dimensions == 3:
         people = table.measured()

@@ -21,13 +21,12 @@ Exit status: 0 done; 2 nothing was done, as an input is wrong or clock and place
 """
 import argparse
 import sys
-from functools import partial
 from pathlib import Path
 from typing import Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.command_line import DONE, Progress, run_command
+from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.command_options import command_parser, number, plain_path, seconds
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
@@ -64,21 +63,16 @@ def read_poses(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, 
         BadInputError: it can not be read, or holds no people, or people in the image.
     """
     frames = None
-    if is_bag(path):
+    if is_bag(path) or topic is not None:
         from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints  # tables can be read without ROS
         poses, frames = read_keypoints(path, topic)
-    elif topic is not None:
-        raise ParameterError(f'--topic is for bags, and {path} is none')
     else:
         poses = read_keypoint_csv(path)
     if not len(poses):
         raise BadInputError(f'{path} holds no people')
     if poses.dimensions != 3:
         raise BadInputError(f'{path} holds people in the image [px], expected people in space')
-    names = sorted(set(poses.frame_ids.tolist()))
-    if len(names) > 1:
-        raise BadInputError(f"{path} holds people in several frames of reference: {', '.join(map(repr, names))}; "
-                            'give the people of one camera at a time')
+    poses.frame_id(str(path))
     return poses, frames
 
 
@@ -96,9 +90,8 @@ def _run(options: argparse.Namespace) -> int:
     recording = read_mocap(options.mocap)
     marker_map = chosen_map(recording) if options.markers is None else read_marker_map(options.markers)
     reference = joints_of(recording, marker_map)
-    alignment = align(poses.measured(), reference, AlignmentParams(options.clock_offset, transform),
-                      partial(Progress, desc='aligning', leave=False))
-    comparison = compare(poses, reference, alignment, progress=partial(Progress, desc='comparing', leave=False))
+    alignment = align(poses.measured(), reference, AlignmentParams(options.clock_offset, transform))
+    comparison = compare(poses, reference, alignment)
     inputs = {'poses': options.poses.name, 'motion capture': options.mocap.name, 'marker map': Path(
         marker_map.name).name + ', chosen by the names of the markers' * (options.markers is None)}
     if poses.frame_ids[0]:

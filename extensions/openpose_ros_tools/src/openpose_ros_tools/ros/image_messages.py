@@ -1,4 +1,4 @@
-"""Messages of a camera and files of its images, turned into each other with nothing lost."""
+"""Messages of a camera and files of its images, turned into each other."""
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,16 +13,16 @@ from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.params.camera_presets import CLOUD, COMPRESSED
 from openpose_ros_pkg.ros.convert import (
+    any_image_to_bgr,
+    bgr_to_image,
     calibration_to_message,
     compressed_depth_to_image,
-    compressed_image_to_bgr,
-    image_to_bgr,
     image_to_pixels,
     order_of_file,
     pixels_to_image,
 )
 from openpose_ros_pkg.ros.topics import DEPTH_ENCODINGS, TOPICS
-from openpose_ros_pkg.stream.image_decoding import image_kind, read_file
+from openpose_ros_pkg.stream.image_decoding import decode_image, image_kind, read_file
 from openpose_ros_tools.images import image_files
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from skeleton_extract_3d.points.camera import check_same_aspect
@@ -98,15 +98,12 @@ class FolderMessages:
                 for key, name in TOPICS.items() if key in made], failed
 
     def _image_message(self, pixels: np.ndarray, content: bytes, path: Path, header: Header) -> genpy.Message:
-        encoding = image_files.encoding_of(pixels, str(path))
         if not self.compressed:
-            return pixels_to_image(pixels, encoding, header)
+            return bgr_to_image(pixels, header)
         kind = image_kind(content)
         if kind is None:
             content, kind = image_files.encode_image(pixels, '.png', str(path)), 'png'
-        # as compressed_image_transport writes it: encoding of the image, codec, and the order of colours in the codec
-        of_codec = encoding if encoding.startswith('bgr') else ''
-        return CompressedImage(header=header, format=f'{encoding}; {kind} compressed {of_codec}', data=content)
+        return CompressedImage(header=header, format=f'bgr8; {kind} compressed bgr8', data=content)
 
     def _depth_message(self, depth: np.ndarray, header: Header) -> genpy.Message:
         scale = self.depth_scale
@@ -159,13 +156,7 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
             raise BadInputError(f"{len(message.data)} bytes of format '{message.format}' are neither JPEG nor PNG")
         if order_of_file(message.format) == 'bgr8':
             return _SUFFIXES[kind], message.data
-        return '.png', image_files.encode_image(compressed_image_to_bgr(message), '.png', source)
-    try:
-        pixels = image_to_pixels(message)[0]
-    except BadInputError:
-        # Bayer and YUV images are converted; errors of any other kind are raised again
-        pixels = image_to_bgr(message)
-    return '.png', image_files.encode_image(pixels, '.png', source)
+    return '.png', image_files.encode_image(any_image_to_bgr(message), '.png', source)
 
 
 def _depth_file(depth: np.ndarray, depth_scale: Optional[float], source: str) -> Tuple[str, bytes]:
@@ -195,7 +186,7 @@ def _depth_of(message: genpy.Message) -> np.ndarray:
 
 def _read_image(stream: str, path: Path) -> Tuple[bytes, np.ndarray]:
     content = read_file(path)
-    return content, (image_files.decode_depth if stream == 'depth' else image_files.decode_image)(content, str(path))
+    return content, (image_files.decode_depth if stream == 'depth' else decode_image)(content, str(path))
 
 
 def _times(size: Sequence[int]) -> str:

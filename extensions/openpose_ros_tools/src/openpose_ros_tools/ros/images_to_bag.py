@@ -16,7 +16,7 @@ FOLDER holds, as bag_to_images writes it and rgbd_player_node plays it:
 
 All but the images may be missing. Stamps are those of the lists; without lists they follow from numbers and rate.
 
-    /kinect2/qhd/image_color        sensor_msgs/Image (bgr8, mono8, ...), or .../compressed with --compressed
+    /kinect2/qhd/image_color        sensor_msgs/Image (bgr8), or .../compressed with --compressed
     /kinect2/qhd/image_depth_rect   sensor_msgs/Image: 16UC1 of 16-bit depth in mm, else 32FC1 [m]
     /kinect2/qhd/camera_info        sensor_msgs/CameraInfo, for each stamp of a colour or depth image
     /tf_static                      from world to the camera, if its pose is known (T_world_camera)
@@ -145,11 +145,6 @@ def _camera_folders(folder: Path, names: Sequence[str]) -> List[Path]:
         (path for path in folder.glob('*') if path.is_dir() and not path.name.startswith('.')), key=natural_key)
     if not folders:
         raise ParameterError(f'{folder} holds no folders of cameras')
-    first: Dict[str, Path] = {}
-    for place in folders:
-        if first.setdefault(place.name, place) != place:
-            raise ParameterError(f'{first[place.name]} and {place} would both be written to topics below '
-                                 f'/{place.name}, as cameras are named after their folders; rename one of them')
     return folders
 
 

@@ -22,6 +22,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
+import rosbag
 import rospkg
 
 from openpose_ros_pkg.command_line import DONE, run_command
@@ -29,16 +30,11 @@ from openpose_ros_pkg.command_options import add_up, command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
-from openpose_ros_pkg.ros.topics import DIMENSIONS, PARTS, choose_topic
+from openpose_ros_pkg.ros.topics import DIMENSIONS, PARTS, KeypointTopic, choose_topic
 from openpose_ros_tools.outputs import output_file
-from openpose_ros_tools.recording_paths import is_bag, is_video
 from openpose_ros_tools.report.recording import Landmarks, Recording, facts_of, frames_of
 from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_finder, topic_types
-from openpose_ros_tools.ros.keypoints.keypoint_bag import (
-    bag_messages,
-    read_keypoints,
-    read_signals,
-)
+from openpose_ros_tools.ros.keypoints.keypoint_bag import bag_messages, keypoints_of, signals_of
 from openpose_ros_tools.tables.keypoint_selection import MOST_PERSONS, Selection, select, upwards_of
 from openpose_ros_web.recorded_page import recorded_page
 from openpose_ros_web.three_js import three_folder
@@ -69,11 +65,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     recording: Path = options.recording
-    for path in filter(None, (recording, options.images)):
-        if not path.exists():
-            raise BadInputError(f'{path}: there is no such file')
-        if not is_bag(path) and not (path == options.images and is_video(path)):
-            raise BadInputError(f'{path} is neither a bag nor a recording of ROS 2')
     www, three = Path(rospkg.RosPack().get_path('openpose_ros_web')) / 'www', three_folder()
     output = options.output or recording.with_name(f'{recording.name if recording.is_dir() else recording.stem}.html')
     with output_file(output, options.overwrite, [*filter(None, (recording, options.images))]) as part:
@@ -87,35 +78,35 @@ def _read(options: argparse.Namespace) -> Recording:
     """Return what the page shows."""
     path: Path = options.recording
     with open_bag(path) as bag:
-        has_people = not set(DIMENSIONS).isdisjoint(topic_types(bag).values())
-    if options.topic is None and not has_people:
-        raise BadInputError(_NO_RESULTS.format(path.name))
-    table, frames = read_keypoints(path, options.topic)
-    if table.dimensions != 3:
-        raise BadInputError(f'{path.name} has people in the image alone, expected people in space; plot_keypoints '
-                            'draws the former')
-    selection = select(table, frames)
-    signals, recorded = read_signals(path, table, options.topic, options.up)
+        types = topic_types(bag)
+        if options.topic is None and set(DIMENSIONS).isdisjoint(types.values()):
+            raise BadInputError(_NO_RESULTS.format(path.name))
+        topic = choose_topic(types, str(path), options.topic)
+        if topic.dimensions != 3:
+            raise BadInputError(f'{path.name} has people in the image alone, expected people in space; plot_keypoints '
+                                'draws the former')
+        table, frames = keypoints_of(bag, topic)
+        selection = select(table, frames)
+        signals, recorded = signals_of(bag, topic, table, options.up)
+        landmarks = _landmarks(bag, topic)
     notes = [] if recorded else [_COMPUTED]
     if selection.left_out:
         notes.append(f'The page shows the {MOST_PERSONS} people with most frames, not {selection.left_out} others.')
     recording = Recording(path.name, selection.first_moment, selection, signals, upwards_of(table, options.up),
-                          tuple(notes), landmarks=_landmarks(path, options.topic))
+                          tuple(notes), landmarks=landmarks)
     return _with_images(recording, options)
 
 
-def _landmarks(path: Path, topic: Optional[str]) -> Dict[int, Landmarks]:
-    """Return hands and faces beside the people, by their stamp [ns]."""
+def _landmarks(bag: rosbag.Bag, topic: KeypointTopic) -> Dict[int, Landmarks]:
+    """Return hands and faces beside the people of a topic, by their stamp [ns]."""
     found: Dict[int, Landmarks] = {}
-    with open_bag(path) as bag:
-        types = topic_types(bag)
-        folder = choose_topic(types, str(path), topic).name.rpartition('/')[0]
-        for part, read in (('hands', hands_from_array), ('faces', faces_from_array)):
-            name = f'{folder}/detected_{part}_3d'
-            for message, _ in bag_messages(bag, name) if PARTS[part].get(types.get(name, '')) == 3 else ():
-                stamp = message.header.stamp.to_nsec()
-                values: Dict[str, Any] = {part: read(message)}
-                found[stamp] = found.get(stamp, Landmarks())._replace(**values)
+    types = topic_types(bag)
+    for part, read in (('hands', hands_from_array), ('faces', faces_from_array)):
+        name = f'{topic.namespace}/detected_{part}_3d'
+        for message, _ in bag_messages(bag, name) if PARTS[part].get(types.get(name, '')) == 3 else ():
+            stamp = message.header.stamp.to_nsec()
+            values: Dict[str, Any] = {part: read(message)}
+            found[stamp] = found.get(stamp, Landmarks())._replace(**values)
     return found
 
 

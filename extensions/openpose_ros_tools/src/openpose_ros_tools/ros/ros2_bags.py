@@ -11,7 +11,6 @@ from typing import Any, BinaryIO, Collection, Dict, Iterator, List, Optional, Tu
 import genpy
 import genpy.dynamic
 import rosbag
-from rosbag.bag import BagMessage, BagMessageWithConnectionHeader
 from roslib.message import get_message_class
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
@@ -56,10 +55,6 @@ class Ros2Recording:
             one.topic: SimpleNamespace(msg_type=_ros1_name(one.msgtype), message_count=one.msgcount)
             for one in self._connections})
 
-    def get_message_count(self, topic: str) -> int:
-        """Return the number of messages of a topic."""
-        return sum(one.msgcount for one in self._connections if one.topic == topic)
-
     def get_start_time(self) -> float:
         """Return the time of the first message [s]."""
         return float(self._start / 1e9)
@@ -68,32 +63,28 @@ class Ros2Recording:
         """Return the time of the last message [s]."""
         return float(self._end / 1e9)
 
-    def read_messages(self, topics: Optional[Collection[str]] = None, start_time: Optional[genpy.Time] = None,
-                      end_time: Optional[genpy.Time] = None, raw: bool = False,
-                      return_connection_header: bool = False) -> Iterator[Tuple[Any, ...]]:
-        """Yield messages as `rosbag.Bag.read_messages` does; raises ROSBagException where it is damaged."""
-        start = None if start_time is None else start_time.to_nsec()
-        stop = None if end_time is None else end_time.to_nsec() + 1
-        for connection, time, kind, content in self._converted(topics, start, stop):
-            message = (kind._type, content, kind._md5sum, None, kind) if raw else kind().deserialize(content)
-            found = BagMessage(connection.topic, message, genpy.Time(0, time))
-            header = header_of(connection.topic, kind)
-            yield BagMessageWithConnectionHeader(*found, header) if return_connection_header else found
+    def read_messages(self, topics: Collection[str], start: Optional[genpy.Time], end: Optional[genpy.Time],
+                      **_: bool) -> Iterator[Tuple[Any, ...]]:
+        """Yield raw messages with headers of connections, as `rosbag.Bag.read_messages` does when it is asked for them.
+
+        Raises:
+            ROSBagException: it is damaged.
+        """
+        span = start and start.to_nsec(), end and end.to_nsec() + 1
+        try:
+            with self._reader() as reader:
+                wanted = [one for one in _connections(reader) if one.topic in topics]
+                for connection, time, data in reader.messages(wanted, *span) if wanted else ():
+                    kind, store = self._kind_of(connection.msgtype)
+                    content = bytes(store.cdr_to_ros1(data, connection.msgtype))
+                    yield (connection.topic, (kind._type, content, kind._md5sum, None, kind), genpy.Time(0, time),
+                           header_of(connection.topic, kind))
+        except Exception as error:  # as above
+            raise rosbag.ROSBagException(f'{type(error).__name__}: {error}') from error
 
     def _reader(self) -> Any:
         """Return a reader; each belongs to one thread, as SQLite's connections do."""
         return import_module('rosbags.highlevel').AnyReader([self._path], default_typestore=self._ros2)
-
-    def _converted(self, topics: Optional[Collection[str]], start: Optional[int], stop: Optional[int]
-                   ) -> Iterator[Tuple[Any, int, Type[genpy.Message], bytes]]:
-        try:
-            with self._reader() as reader:
-                wanted = [one for one in _connections(reader) if topics is None or one.topic in topics]
-                for connection, time, data in reader.messages(wanted, start, stop) if wanted else ():
-                    kind, store = self._kind_of(connection.msgtype)
-                    yield connection, time, kind, bytes(store.cdr_to_ros1(data, connection.msgtype))
-        except Exception as error:  # as above
-            raise rosbag.ROSBagException(f'{type(error).__name__}: {error}') from error
 
     def _kind_of(self, name: str) -> Tuple[Type[genpy.Message], Any]:
         """Return the class of ROS 1 of a type, the installed one where it has the same fields, and what encodes it."""

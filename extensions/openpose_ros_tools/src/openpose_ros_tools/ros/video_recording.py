@@ -5,7 +5,6 @@ from types import SimpleNamespace
 from typing import Any, Collection, Iterator, Optional, Tuple
 
 import genpy
-from rosbag.bag import BagMessage, BagMessageWithConnectionHeader
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
@@ -36,19 +35,14 @@ class VideoRecording:
         video = VideoSource(self.filename)
         if video.rate is None:
             raise BadInputError(f'{path} does not say how many images it has per second')
-        self._period, self._count = SECOND / video.rate, video.count
+        self._period, self._count = SECOND / video.rate, max(video.count, 1)
         self._calibration = read_calibration(beside) if beside.is_file() else None
 
     def get_type_and_topic_info(self) -> Any:
         """Return `topics`: type and number of messages."""
-        kinds = {IMAGE: Image, **({} if self._calibration is None else {INFO: CameraInfo})}
-        return SimpleNamespace(topics={
-            topic: SimpleNamespace(msg_type=kind._type, message_count=self.get_message_count(topic))
-            for topic, kind in kinds.items()})
-
-    def get_message_count(self, topic: str) -> int:
-        """Return the number of messages of a topic; a video that does not state its images has one."""
-        return max(self._count, 1) if topic == IMAGE else 1
+        counts = {IMAGE: (Image, self._count), **({} if self._calibration is None else {INFO: (CameraInfo, 1)})}
+        return SimpleNamespace(topics={topic: SimpleNamespace(msg_type=kind._type, message_count=count)
+                                       for topic, (kind, count) in counts.items()})
 
     def get_start_time(self) -> float:
         """Return the time of the first message [s]."""
@@ -56,34 +50,27 @@ class VideoRecording:
 
     def get_end_time(self) -> float:
         """Return the time of the last message [s]."""
-        return (DEFAULT_START + (self.get_message_count(IMAGE) - 1) * self._period) / SECOND
+        return (DEFAULT_START + (self._count - 1) * self._period) / SECOND
 
-    def read_messages(self, topics: Optional[Collection[str]] = None, start_time: Optional[genpy.Time] = None,
-                      end_time: Optional[genpy.Time] = None, raw: bool = False,
-                      return_connection_header: bool = False) -> Iterator[Tuple[Any, ...]]:
-        """Yield messages as `rosbag.Bag.read_messages` does."""
+    def read_messages(self, topics: Collection[str], start: Optional[genpy.Time], end: Optional[genpy.Time],
+                      **_: bool) -> Iterator[Tuple[Any, ...]]:
+        """Yield raw messages with headers of connections, as `rosbag.Bag.read_messages` does when it is asked for them.
+        """
         for topic, message in self._messages(topics):
-            time = message.header.stamp
-            if end_time is not None and time > end_time:
+            time, buffer = message.header.stamp, BytesIO()
+            if end is not None and time > end:
                 return
-            if start_time is not None and time < start_time:
-                continue
-            found = BagMessage(topic, _raw(message) if raw else message, time)
-            yield (BagMessageWithConnectionHeader(*found, header_of(topic, type(message)))
-                   if return_connection_header else found)
+            if start is None or time >= start:
+                message.serialize(buffer)
+                yield (topic, (message._type, buffer.getvalue(), message._md5sum, None, type(message)), time,
+                       header_of(topic, type(message)))
 
-    def _messages(self, topics: Optional[Collection[str]]) -> Iterator[Tuple[str, Any]]:
-        if self._calibration is not None and (topics is None or INFO in topics):
+    def _messages(self, topics: Collection[str]) -> Iterator[Tuple[str, Any]]:
+        if self._calibration is not None and INFO in topics:
             yield INFO, calibration_to_message(self._calibration, self._header(0))
-        if topics is None or IMAGE in topics:
+        if IMAGE in topics:
             for number, bgr in enumerate(VideoSource(self.filename).frames()):
                 yield IMAGE, bgr_to_image(bgr, self._header(number))
 
     def _header(self, number: int) -> Header:
         return Header(number, genpy.Time(0, DEFAULT_START + round(number * self._period)), DEFAULT_FRAME)
-
-
-def _raw(message: genpy.Message) -> Tuple[Any, ...]:
-    buffer = BytesIO()
-    message.serialize(buffer)
-    return message._type, buffer.getvalue(), message._md5sum, None, type(message)

@@ -7,7 +7,7 @@ import logging
 import re
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, TextIO, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Sequence, TextIO, Tuple
 
 import numpy as np
 
@@ -23,12 +23,8 @@ from openpose_ros_tools.tables.keypoint_table import (
     part_values,
     table_of,
     tidy_cells,
-    with_one_clock,
     with_status,
 )
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _log = logging.getLogger(__name__)
 
@@ -97,26 +93,20 @@ class KeypointCsvWriter:
                 yield [row.stamp or row.time, self._frame, row.frame_id, row.person, joint, *cells]
 
 
-class KeypointCsv(NamedTuple):
-    """The content of a CSV file of keypoints."""
-
-    rows: List[PersonRow]  # in the order of the file
-    dimensions: int  # 3 in space, 2 in the image
-    has_stamps: bool  # there is a column of stamps
-
-
 def read_keypoint_csv(path: Path) -> KeypointTable:
-    """Return the table of a CSV file of keypoints; see `read_csv` and `with_one_clock`."""
-    file = read_csv(path)
-    return with_one_clock(table_of(file.rows, file.dimensions), str(path))
+    """Return the table of a CSV file of keypoints; see `read_csv` and `table_of`."""
+    return table_of(*read_csv(path), str(path))
 
 
-def read_csv(path: Path) -> KeypointCsv:
+def read_csv(path: Path) -> Tuple[List[PersonRow], int]:
     """Read a CSV file of keypoints: columns of the original, extended, or of `rostopic echo -p`, in 2D or 3D.
 
     Columns are found by their names, in any order. Other columns are ignored, and joints may be missing. Lines that
     repeat the names are skipped. A last line that breaks off, as in a recording that was cut off, is dropped with a
     warning. A joint has the status of the file; without such a column it is MEASURED where its position is known.
+
+    Returns:
+        Rows in the order of the file; 3 in space, 2 in the image.
 
     Raises:
         BadInputError: the file is not there or contains something else.
@@ -129,29 +119,30 @@ def read_csv(path: Path) -> KeypointCsv:
     try:
         names = [name.strip() for name in next(csv.reader(lines), [])]
         _check_names(path, names, bool(text))
-        rows = {number: line for number, line in enumerate(lines, 1) if line.strip() not in ('', lines[0].strip())}
-        wrong = {number: len(row) for number, row in zip(rows, csv.reader(rows.values())) if len(row) != len(names)}
-        if [*wrong] == [*rows][-1:] and not text.endswith(('\n', '\r')):
-            _log.warning('%s: the last line, line %d, is dropped, as it was cut off', path, *wrong)
-            del rows[wrong.popitem()[0]]
-        for number, count in wrong.items():
-            raise BadInputError(f'{path}, line {number}: {count} values, expected {len(names)} as line 1 has names')
+        rows = {number: line for number, line in enumerate(lines, 1)
+                if number == 1 or line.strip() not in ('', lines[0].strip())}
         try:
-            table = _parsed([lines[0], *rows.values()], names)
+            return _content(path, _parsed(rows, names))
         except ValueError:
-            if text.endswith(('\n', '\r')) or not rows:
+            if text.endswith(('\n', '\r')) or len(rows) == 1:
                 raise
             _log.warning('%s: the last line, line %d, is dropped, as it was cut off', path, rows.popitem()[0])
-            table = _parsed([lines[0], *rows.values()], names)
+            return _content(path, _parsed(rows, names))
     except (csv.Error, ValueError, OverflowError) as error:
         raise BadInputError(f'{path}: {error}') from error
-    return _content(path, table)
 
 
-def _parsed(lines: Iterable[str], names: Sequence[str]) -> Any:
-    """Return the known columns of lines, the first of names, as a data frame; ValueError: a value of another kind."""
+def _parsed(rows: Dict[int, str], names: Sequence[str]) -> Any:
+    """Return the known columns of lines by number, the first of names, as a data frame.
+
+    Raises:
+        ValueError: a line has more or fewer values, or one of another kind.
+    """
     import pandas as pd
-    return pd.read_csv(StringIO('\n'.join(lines)), header=0, names=names, usecols=lambda name: name in _KINDS,
+    for number, row in zip(rows, csv.reader(rows.values())):
+        if len(row) != len(names):
+            raise ValueError(f'line {number}: {len(row)} values, expected {len(names)} as line 1 has names')
+    return pd.read_csv(StringIO('\n'.join(rows.values())), header=0, names=names, usecols=lambda name: name in _KINDS,
                        dtype=_KINDS, skipinitialspace=True, float_precision='round_trip')
 
 
@@ -177,7 +168,7 @@ def _dimensions(names: Iterable[str]) -> int:
     return 3 if any(match and match[2] == 'z' for match in map(_PART_COLUMN.fullmatch, names)) else 2
 
 
-def _content(path: Path, table: 'pd.DataFrame') -> KeypointCsv:
+def _content(path: Path, table: Any) -> Tuple[List[PersonRow], int]:
     """Return the content of a table; errors as `read_csv`."""
     dimensions, count = _dimensions(table.columns), len(table)
     heads: Dict[str, List[Any]] = {}
@@ -192,18 +183,14 @@ def _content(path: Path, table: 'pd.DataFrame') -> KeypointCsv:
             raise BadInputError(f"{path}, column '{name}': expected a whole number from 0 to {most}, got "
                                 f"'{wrong[0][:40]}'")
         heads[field] = list(map(int, texts))
-    unknown = (*MISSING_PART[3][:4], np.nan, np.nan) if dimensions == 3 else MISSING_PART[2]
-    parts = np.tile(np.array(unknown, np.float32), (count, len(MESSAGE_JOINTS), 1))
-    for number, joint in enumerate(MESSAGE_JOINTS):
-        for place, field in enumerate(FIELDS[dimensions]):
-            name = f'field.{joint}.{field}'
-            if name in table:
-                parts[:, number, place] = table[name]
-                if field == 'status' and not table[name].dropna().isin(range(256)).all():
-                    raise BadInputError(f"{path}, column '{name}': expected whole numbers from 0 to 255")
+    names = [f'field.{joint}.{field}' for joint in MESSAGE_JOINTS for field in FIELDS[dimensions]]
+    parts = table.reindex(columns=names).to_numpy(np.float32).reshape(count, len(MESSAGE_JOINTS), -1)
     if dimensions == 2:
         parts[np.isnan(parts).any(axis=2)] = MISSING_PART[2]
     else:
+        if not (np.isnan(parts[..., 4]) | np.isin(parts[..., 4], range(256))).all():
+            raise BadInputError(f'{path}: a status is no whole number from 0 to 255')
+        parts[..., 3] = np.nan_to_num(parts[..., 3])
         parts = with_status(parts)
-    return KeypointCsv([PersonRow(parts=part, **dict(zip(heads, values)))
-                        for part, *values in zip(parts, *heads.values())], dimensions, _HEAD['stamp'] in table)
+    return [PersonRow(parts=part, **dict(zip(heads, values)))
+            for part, *values in zip(parts, *heads.values())], dimensions

@@ -100,6 +100,14 @@ class KeypointTable:
         """3 in space, 2 in the image."""
         return self.positions.shape[-1]
 
+    def frame_id(self, source: str) -> str:
+        """Return the frame of reference of all rows; empty: not known. BadInputError of a source: there are several."""
+        names = sorted({*self.frame_ids.tolist()} - {''})
+        if len(names) > 1:
+            raise BadInputError(f"{source} has people in several frames of reference: {', '.join(map(repr, names))}; "
+                                'give the people of one camera at a time')
+        return names[0] if names else ''
+
     def select(self, rows: np.ndarray) -> 'KeypointTable':
         """Return the table of some rows, (R,) bool, or indices."""
         return replace(self, **{field.name: getattr(self, field.name)[rows] for field in fields(self)
@@ -117,8 +125,12 @@ class KeypointTable:
                        sigma=np.where(measured, self.sigma, np.nan))
 
 
-def table_of(rows: Iterable[PersonRow], dimensions: int) -> KeypointTable:
-    """Return the table of all rows; those without a stamp get the %time of the first row of their frame."""
+def table_of(rows: Iterable[PersonRow], dimensions: int, source: str) -> KeypointTable:
+    """Return the table of all rows, also sorted by people; without a stamp it is the %time of their frame's first row.
+
+    Raises:
+        BadInputError: the time runs back; the text names the source.
+    """
     rows = list(rows)
     parts = np.array([row.parts for row in rows], np.float32).reshape(
         len(rows), len(MESSAGE_JOINTS), len(FIELDS[dimensions]))
@@ -130,19 +142,14 @@ def table_of(rows: Iterable[PersonRow], dimensions: int) -> KeypointTable:
     status = np.where(known, MEASURED if dimensions == 2 else parts[..., 4], MISSING).astype(np.uint8)
     sigma = np.where(known, np.nan if dimensions == 2 else parts[..., 5], np.nan).astype(np.float32)
     stamps = np.array([row.stamp or frame[0].time for frame in frames_of(rows) for row in frame], np.int64)
-    return KeypointTable(stamps, np.array([row.frame_id for row in rows], np.str_),
-                         np.array([row.person for row in rows], np.int64), positions, confidence, status, sigma)
-
-
-def with_one_clock(table: KeypointTable, source: str) -> KeypointTable:
-    """Return a table, which may be sorted by people; BadInputError of a source, if its time runs back."""
-    back = np.diff(table.stamps) < -PAIRING.reset_backstep
-    blocks = 1 + np.count_nonzero(np.diff(table.ids))
-    if back.any() and (blocks > len(np.unique(table.ids)) or (back & (np.diff(table.ids) == 0)).any()):
+    ids = np.array([row.person for row in rows], np.int64)
+    back, is_same = np.diff(stamps) < -PAIRING.reset_backstep, np.diff(ids) == 0
+    if (back & is_same).any() or (back.any() and np.count_nonzero(~is_same) >= len(np.unique(ids))):
         row = int(np.argmax(back))
-        raise BadInputError(f'{source}: time runs back by {(table.stamps[row] - table.stamps[row + 1]) * 1e-9:.3f} s '
-                            f'after row {row + 1}, as where two recordings were appended; give each by itself')
-    return table
+        raise BadInputError(f'{source}: time runs back by {(stamps[row] - stamps[row + 1]) * 1e-9:.3f} s after row '
+                            f'{row + 1}, as where two recordings were appended; give each by itself')
+    return KeypointTable(stamps, np.array([row.frame_id for row in rows], np.str_), ids, positions, confidence, status,
+                         sigma)
 
 
 def people_of_rows(rows: KeypointTable, model: SkeletonModel) -> People3D:

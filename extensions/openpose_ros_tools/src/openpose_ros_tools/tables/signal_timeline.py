@@ -33,11 +33,10 @@ class SignalFrame(NamedTuple):
     persons: Tuple[PersonSignals, ...]
 
 
-def timeline_of(frames: Iterable[SignalFrame], gap: float = SIGNALS.person.gap
-                ) -> Tuple[List[Span], List[Tuple[int, Fall]]]:
+def timeline_of(frames: Iterable[SignalFrame]) -> Tuple[List[Span], List[Tuple[int, Fall]]]:
     """Return the spans of frames in the order of time, and each fall with the id of its person.
 
-    After a gap [s] without a person, spans begin anew.
+    After a gap without a person, spans begin anew.
     """
     spans: List[Span] = []
     held: Dict[int, Dict[Tuple[str, str, str], int]] = {}  # by person, the numbers of the spans that may go on
@@ -45,7 +44,8 @@ def timeline_of(frames: Iterable[SignalFrame], gap: float = SIGNALS.person.gap
     falls: Dict[Tuple[int, int], Tuple[int, Fall]] = {}
     for stamp, persons in frames:
         for person in persons:
-            before = held.get(person.id, {}) if 0 <= stamp - latest.get(person.id, -np.inf) <= gap else {}
+            pause = stamp - latest.get(person.id, -np.inf)
+            before = held.get(person.id, {}) if 0 <= pause <= SIGNALS.person.gap else {}
             for number in before.values():
                 spans[number] = replace(spans[number], end=stamp)
             latest[person.id], held[person.id] = stamp, {}

@@ -9,7 +9,7 @@ import numpy as np
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends.self_check import check_backend
 from openpose_ros_pkg.networks.model_types import Model
-from openpose_ros_pkg.params.parameters import Parameters, parameter, text_parameter
+from openpose_ros_pkg.params.parameters import Parameters, parameter
 
 _log = logging.getLogger(__name__)
 
@@ -51,6 +51,8 @@ def _precision(default: str) -> str:
 class BackendParams(Parameters):
     """What computes the network, and how."""
 
+    retired = ('hint',)
+
     backend: str = parameter(
         'auto', 'Runtime of the network: openvino (fastest on processors; all formats but Caffe), onnxruntime (ONNX '
                 "only; the one for GPUs), opencv_dnn (needs nothing but OpenCV; TensorFlow's frozen graphs, ONNX, "
@@ -60,15 +62,11 @@ class BackendParams(Parameters):
         0, 'Threads that compute the network; 0: as many as the machine has cores. With opencv_dnn this holds for all '
            'of OpenCV in the process.', minimum=0, maximum=256)
     precision: str = _precision('f32')
-    hint: str = parameter(
-        'latency', 'How OpenVINO uses its threads. latency: all for one image. throughput: in streams for several '
-                   'images, for machines that run several detectors.',
-        choices=('latency', 'throughput'))
     device: str = parameter(
         'cpu', 'Where the network is computed: cpu; cuda, by onnxruntime-gpu or an OpenCV built with CUDA; tensorrt, '
                'by onnxruntime-gpu with TensorRT.', choices=('cpu', 'cuda', 'tensorrt'))
     num_gpu_start: int = parameter(0, 'Number of the GPU; without effect where device is cpu.', minimum=0)
-    compiled_cache: str = text_parameter(
+    compiled_cache: str = parameter(
         '', 'Folder in which networks that OpenVINO has compiled are kept, in its subfolder openpose_ros_compiled, for '
             "a faster start; empty: the folder compiled beside that of the models in the user's cache; off: nowhere. "
             '1 GB at most; those unused for the longest time are deleted.',

@@ -52,7 +52,7 @@ class OpenvinoBackend:
         """Prepare; the first `infer` reads the weights unless the compiled network is cached."""
         self._model, self._weights, self.fallback = model, weights, fallback
         self._core = _core()
-        self._config: Dict[str, Any] = {'PERFORMANCE_HINT': params.hint.upper()}
+        self._config: Dict[str, Any] = {'PERFORMANCE_HINT': 'LATENCY'}  # all threads for one image
         if params.precision == 'f32':
             self._config['INFERENCE_PRECISION_HINT'] = 'f32'
         if params.threads > 0:
@@ -67,7 +67,7 @@ class OpenvinoBackend:
         # requests by input size and number of streams; the longest unused first
         self._requests: OrderedDict[Tuple[Tuple[int, ...], int], List[Any]] = OrderedDict()
         self._sizes = 0
-        self.description = f'OpenVINO {ov.__version__.split("-")[0]} (precision {params.precision}, {params.hint})'
+        self.description = f'OpenVINO {ov.__version__.split("-")[0]} (precision {params.precision})'
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; see `Backend.infer`.

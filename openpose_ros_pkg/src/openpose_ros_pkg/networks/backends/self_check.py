@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.decode.boxes import cells
-from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.direct import DirectThresholds, decode_direct
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
@@ -94,7 +94,7 @@ def _people(outputs: Sequence[np.ndarray], model: Model, image: np.ndarray) -> P
     size = image.shape[1], image.shape[0]
     if model.decoder == Decoder.PAF:
         return decode_fields(np.concatenate([output[0] for output in outputs]), model, DecodeParams(), size)
-    return decode_direct([output[0] for output in outputs], model, DirectDecodeParams(), ImageToNet(size, size, size))
+    return decode_direct([output[0] for output in outputs], model, DirectThresholds(), ImageToNet(size, size, size))
 
 
 def _people_fault(found: Poses, known: Poses) -> str:

@@ -11,10 +11,10 @@ Exit status: 0 done; 2 nothing was written, as the command line or the file is w
 """
 import argparse
 import sys
-from pathlib import Path
 from typing import Optional, Sequence
 
 import genpy
+import rosbag
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from std_msgs.msg import Header
 
@@ -26,8 +26,8 @@ from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import new_bag
 from openpose_ros_tools.ros.keypoints.keypoint_bag import person_message
-from openpose_ros_tools.tables.keypoint_csv import KeypointCsv, read_csv
-from openpose_ros_tools.tables.keypoint_table import KeypointTable, frames_of, table_of, with_one_clock
+from openpose_ros_tools.tables.keypoint_csv import read_csv
+from openpose_ros_tools.tables.keypoint_table import FIELDS, KeypointTable, PersonRow, frames_of, table_of
 from skeleton_extract_3d.people import MISSING
 
 _NAME = 'csv_to_bag'
@@ -43,10 +43,14 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     with output_file(options.output, options.overwrite, [options.csv]) as part:
-        file = read_csv(options.csv)
-        # rosbag would sort two runs into one
-        table = with_one_clock(table_of(file.rows, file.dimensions), str(options.csv))
-        frames = _write_bag(file, part, options.frame_id, _pose_model(table))
+        rows, dimensions = read_csv(options.csv)
+        pose_model = _pose_model(table_of(rows, dimensions, str(options.csv)))  # rosbag would sort two runs into one
+        frames = 0
+        with new_bag(part) as bag, Progress(total=len(rows), unit='row') as bar:
+            for frame in frames_of(rows):
+                _write_frame(bag, frame, frames, options.frame_id, pose_model)
+                frames += 1
+                bar.update(len(frame))
     sys.stdout.write(f'{frames} frames in {options.output}\n')
     return DONE
 
@@ -60,22 +64,18 @@ def _pose_model(table: KeypointTable) -> str:
     raise ParameterError(f'no joint set has all of {", ".join(sorted(known))}')
 
 
-def _write_bag(file: KeypointCsv, path: Path, frame_id: str, pose_model: str) -> int:
-    """Write the people of a file into a bag, in this frame where it names none; return the number of frames."""
-    of_person, of_frame = _TOPICS[file.dimensions]
-    kind = PersonDetection_3dArray if file.dimensions == 3 else PersonDetectionArray
-    count = 0
-    with new_bag(path) as bag, Progress(total=len(file.rows), unit='row') as bar:
-        for count, frame in enumerate(frames_of(file.rows), 1):
-            began = genpy.Time(0, frame[0].time)
-            headers = [Header(row.sequence, genpy.Time(0, row.stamp), row.frame_id) if file.has_stamps else
-                       Header(count - 1, began, row.frame_id or frame_id) for row in frame]
-            persons = [person_message(row, header) for row, header in zip(frame, headers)]
-            for row, person in zip(frame, persons):
-                bag.write(of_person, person, genpy.Time(0, row.time))
-            bag.write(of_frame, kind(header=headers[0], pose_model=pose_model, persons=persons), began)
-            bar.update(len(frame))
-    return count
+def _write_frame(bag: rosbag.Bag, frame: Sequence[PersonRow], number: int, frame_id: str, pose_model: str) -> None:
+    """Write the people of a frame, in this frame of reference where the file names none."""
+    dimensions = 3 if frame[0].parts.shape[1] == len(FIELDS[3]) else 2
+    of_person, of_frame = _TOPICS[dimensions]
+    began = genpy.Time(0, frame[0].time)
+    headers = [Header(row.sequence, genpy.Time(0, row.stamp), row.frame_id) if row.stamp else
+               Header(number, began, row.frame_id or frame_id) for row in frame]
+    persons = [person_message(row, header) for row, header in zip(frame, headers)]
+    for row, person in zip(frame, persons):
+        bag.write(of_person, person, genpy.Time(0, row.time))
+    kind = PersonDetection_3dArray if dimensions == 3 else PersonDetectionArray
+    bag.write(of_frame, kind(header=headers[0], pose_model=pose_model, persons=persons), began)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -30,7 +30,6 @@ from openpose_ros_tools.tables.keypoint_table import (
     part_values,
     table_of,
     tidy_cells,
-    with_one_clock,
     with_status,
 )
 from openpose_ros_tools.tables.long_csv import POINTS
@@ -46,17 +45,11 @@ def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
         yield deserialized(stored), stored.time
 
 
-def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
-    """Read the keypoints of a bag, from the topic, or see `choose_topic`; BadInputError, if they can not be read."""
-    with open_bag(path) as bag:
-        chosen = choose_topic(topic_types(bag), str(path), topic)
-        rows = (row for message, time in bag_messages(bag, chosen.name)
-                for row in rows_of(message, chosen.dimensions, time))
-        return with_one_clock(table_of(rows, chosen.dimensions), str(path))
-
-
 def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
     """Read a CSV or a bag; BadInputError, if it can not be read.
+
+    Args:
+        topic: in the bag; None: see `choose_topic`.
 
     Returns:
         The table, and of a bag with array messages the stamps of all frames, also of those without people, (N,) int64
@@ -67,34 +60,35 @@ def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTab
             raise BadInputError(f'{path}: --topic is for bags')
         return read_keypoint_csv(path), None
     with open_bag(path) as bag:
-        types = topic_types(bag)
-        chosen = choose_topic(types, str(path), topic)
-        folder, array = chosen.name.rpartition('/')[0], chosen.kind if 'Array' in chosen.kind else f'{chosen.kind}Array'
-        arrays = [name for name, kind in types.items()
-                  if kind == array and (name.rpartition('/')[0] == folder or name == chosen.name)]
-        stamps = [message.stamp for message in stamped_messages(bag, arrays[:1]) if message.stamp] if arrays else None
-    return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
+        return keypoints_of(bag, choose_topic(topic_types(bag), str(path), topic))
 
 
-def read_signals(path: Path, table: KeypointTable, topic: Optional[str] = None,
-                 up: Optional[Sequence[float]] = None) -> Tuple[List[SignalFrame], bool]:
+def keypoints_of(bag: rosbag.Bag, topic: KeypointTopic) -> Tuple[KeypointTable, Optional[np.ndarray]]:
+    """Return the table of a topic of a bag, and the stamps of all frames; see `read_keypoints`."""
+    array = topic.kind if 'Array' in topic.kind else f'{topic.kind}Array'
+    arrays = [name for name, kind in topic_types(bag).items()
+              if kind == array and (name == topic.name or name.rpartition('/')[0] == topic.namespace)]
+    stamps = [message.stamp for message in stamped_messages(bag, arrays[:1]) if message.stamp]
+    rows = (row for message, time in bag_messages(bag, topic.name) for row in rows_of(message, topic.dimensions, time))
+    return table_of(rows, topic.dimensions, str(bag.filename)), np.array(stamps, np.int64) if arrays else None
+
+
+def signals_of(bag: rosbag.Bag, topic: KeypointTopic, table: KeypointTable, up: Optional[Sequence[float]]
+               ) -> Tuple[List[SignalFrame], bool]:
     """Return the signals of people, and whether they are of the recording; else they are computed from the joints.
 
     Args:
-        path: of the bag.
-        table: all its people, in space.
         topic: of the people; their signals are beside it, as the nodes and process_bag publish them.
+        table: all its people, in space.
         up: (3,) compute them, with this upwards; None: where the recording lacks them, see `computed_signals`.
     """
-    if up is None:
-        with open_bag(path) as bag:
-            types = topic_types(bag)
-            signals = choose_topic(types, str(path), topic).name.rpartition('/')[0] + '/people_signals'
-            if {absolute(name): kind for name, kind in types.items()}.get(signals) in PARTS['signals']:
-                return [SignalFrame(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(
-                    turned_array(message, UPRIGHT) if message.header.frame_id.endswith(TURNED) else message))
-                        for message, time in bag_messages(bag, signals)], True
-    return list(computed_signals(table, up)), False
+    kinds = {absolute(name): kind for name, kind in topic_types(bag).items()}
+    signals = f'{topic.namespace}/people_signals'
+    if up is not None or kinds.get(signals) not in PARTS['signals']:
+        return list(computed_signals(table, up)), False
+    return [SignalFrame(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(
+        turned_array(message, UPRIGHT) if message.header.frame_id.endswith(TURNED) else message))
+            for message, time in bag_messages(bag, signals)], True
 
 
 def landmark_rows(message: Any, topic: KeypointTopic) -> Iterator[List[object]]:

@@ -15,7 +15,6 @@ are complete.
 """
 import argparse
 import logging
-from fnmatch import fnmatch
 from functools import partial
 from typing import Any, Callable, Dict, Optional, Sequence
 
@@ -24,7 +23,6 @@ from openpose_ros_pkg.command_options import checked, command_parser, plain_path
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints
 from openpose_ros_tools.tables.keypoint_selection import select
 
@@ -64,9 +62,6 @@ def _run(options: argparse.Namespace) -> int:
     for path, draw in Progress(paths.items(), unit=' plots', leave=False):
         save_figure(draw(), path)
         Progress.write(str(path))
-    for former in files_of(folder, lambda name: fnmatch(name, 'trajectory_*.png')):
-        if options.overwrite and former not in paths:
-            former.unlink()
     return DONE
 
 

@@ -20,6 +20,7 @@ from openpose_ros_pkg.stream.pairing_report import pairing_report
 from openpose_ros_tools.ros.bag_files import (
     StampedMessage,
     deserialized,
+    message_count,
     open_bag,
     stamped_messages,
     topic_finder,
@@ -60,7 +61,7 @@ class OpenCamera(NamedTuple):
     @property
     def images(self) -> int:
         """Number of images."""
-        return int(self.bag.get_message_count(self.topics.image))
+        return message_count(self.bag, self.topics.image)
 
 
 @dataclass(frozen=True)

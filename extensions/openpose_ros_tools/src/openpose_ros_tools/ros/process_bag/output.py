@@ -2,7 +2,7 @@
 import re
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, Callable, Iterator, NamedTuple, Optional, Union
+from typing import Callable, Iterator, NamedTuple, Optional, Union
 
 import genpy
 import numpy as np
@@ -119,7 +119,7 @@ def people_table(path: Path, layout: str, dimensions: int) -> Iterator[Callable[
 
 
 class Results:
-    """Writes the people of frames, in their order, as the nodes would publish them; use it as a context manager.
+    """Writes the people of frames, in their order, as the nodes would publish them; OSError: a file can not be written.
 
     header.seq of what is written is the number of the frame, from 0.
 
@@ -128,28 +128,22 @@ class Results:
         outputs: what to write, and where.
         settings: of markers, of the units of detected_poses_keypoints in 2D, and whether joints are written as frames.
         in_space: whether there are people in space.
+        stack: closes the files.
 
     Raises:
         ParameterError: this compression is not available.
-        OSError: a file can not be written.
     """
 
-    def __init__(self, camera: Input, outputs: Outputs, settings: BagSettings, in_space: bool) -> None:
+    def __init__(self, camera: Input, outputs: Outputs, settings: BagSettings, in_space: bool, stack: ExitStack
+                 ) -> None:
         self._namespace = f'/{camera.camera}'.rstrip('/') + f'/{IN_SPACE if in_space else IN_IMAGE}'
         self._name, self._outputs, self._in_space = camera.bag.stem, outputs, in_space
         self._landmarks, self._scale = settings.landmarks, settings.keypoint_scale
-        self._stack = ExitStack()
-        self._bag = self._stack.enter_context(new_bag(outputs.bag, outputs.compression))
-        self._table = None if outputs.csv is None else self._stack.enter_context(
+        self._bag = stack.enter_context(new_bag(outputs.bag, outputs.compression))
+        self._table = None if outputs.csv is None else stack.enter_context(
             people_table(outputs.csv, outputs.csv_layout, 3 if in_space else 2))
         self._people = PeopleWriter(self._bag, self._namespace, settings, self._table, outputs.markers,
                                     _ground(settings) if outputs.signals else None)
-
-    def __enter__(self) -> 'Results':
-        return self
-
-    def __exit__(self, *error: Any) -> None:
-        self._stack.__exit__(*error)
 
     def copy(self, message: StampedMessage) -> None:
         """Write a message of the input as it was."""
@@ -162,9 +156,16 @@ class Results:
         self._write_image_landmarks(frame, number, landmarks)
         self._write_json(number, people, None, landmark_fields(landmarks))
 
-    def write_estimate(self, frame: RecordedFrame, number: int, estimate: Estimate) -> None:
-        """Write the people in the image of a frame that has points: always in pixels, with the ids in space."""
+    def write_estimate(self, frame: RecordedFrame, number: int, estimate: Estimate,
+                       transform: Optional[TransformStamped]) -> None:
+        """Write the people in the image of a frame that has points: always in pixels, with the ids in space.
+
+        Args:
+            transform: of its time, for /tf.
+        """
         self._write_image_people(frame, number, estimate.in_image, KeypointScaleParams())
+        if transform is not None:
+            self._bag.write('/tf', TFMessage([transform]), frame.time)
 
     def write_3d(self, frame: RecordedFrame, number: int, estimate: Estimate, people: People3D, landmarks: Landmarks,
                  header: Header) -> None:
@@ -181,11 +182,6 @@ class Results:
         if self._landmarks.face:
             self._write('detected_faces_3d', convert.faces_to_array(landmarks.in_space.faces, header), frame)
         self._write_json(number, _with_hidden(estimate.people_2d, people), _in_space(people), _fields(landmarks))
-
-    def write_tf(self, frame: RecordedFrame, transform: Optional[TransformStamped]) -> None:
-        """Write a transform of the time of a frame, if there is one."""
-        if transform is not None:
-            self._bag.write('/tf', TFMessage([transform]), frame.time)
 
     def _write_image_people(self, frame: RecordedFrame, number: int, people: People2D, scale: KeypointScaleParams
                             ) -> None:

@@ -104,7 +104,7 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
     """
     known = accepted_names(ServiceSettings, ExtractorSettings, BagSettings)
     # Those of the nodes are for live images; a recording gives the same people on each machine.
-    used = {field.name for field in parameter_fields(BagSettings, old=True)} - {'precision', 'target_rate'}
+    used = {field.name for field in parameter_fields(BagSettings)} - {'precision', 'target_rate'}
     values: Dict[str, Any] = {}
     for path in paths:
         content = file_values(path, f'--config {path}', ParameterError) or {}
@@ -160,17 +160,14 @@ def _run_several(recordings: Mapping[str, Sequence[BagJob]], options: argparse.N
             parts = recordings[name]
             for job, result in zip(parts, results if isinstance(results, list) else [results] * len(parts)):
                 progress.update()
-                failed += not isinstance(result, BagReport)
-                progress.write(_outcome(job, result), file=sys.stdout)
+                text = f'{job.outputs.bag}: {result.text()}' if isinstance(result, BagReport) else ''
+                if not text:
+                    failed += 1
+                    kind = '' if isinstance(result, (OpenposeRosError, OSError)) else f'{type(result).__name__}: '
+                    text = f'FAILED {job.cameras[0].bag}: {kind}{result}'
+                progress.write(text, file=sys.stdout)
     sys.stdout.write(f'{count - failed} bags done, {failed} failed\n')
     return SOME_FAILED if failed else DONE
-
-
-def _outcome(job: BagJob, result: Any) -> str:
-    if isinstance(result, BagReport):
-        return f'{job.outputs.bag}: {result.text()}'
-    kind = '' if isinstance(result, (OpenposeRosError, OSError)) else f'{type(result).__name__}: '
-    return f'FAILED {job.cameras[0].bag}: {kind}{result}'
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -120,7 +120,7 @@ def process_camera(camera: Input, outputs: Outputs, view: OpenCamera, networks: 
             recorded = RecordedTransforms(*(stack.enter_context(open_bag(path))
                                             for path in (camera.bag, *camera.earlier)))
         transforms = FrameTransforms(params, None if recorded is None else recorded.lookup)
-        results = stack.enter_context(Results(camera, outputs, settings, view.in_space))
+        results = Results(camera, outputs, settings, view.in_space, stack)
         frames = _Frames(chain, camera.camera, transforms, recorded, results, recording.report, params.rotate_image)
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in frames.run(events):
@@ -196,8 +196,7 @@ class _Frames:
                        floor=self.transforms.floor(points))
 
     def _write_3d(self, frame: RecordedFrame, number: int, result: Result) -> None:
-        self.results.write_estimate(frame, number, result.estimate)
-        self.results.write_tf(frame, self.transforms.of_camera(frame.points_header))
+        self.results.write_estimate(frame, number, result.estimate, self.transforms.of_camera(frame.points_header))
         people, header = self.transforms.in_target_frame(result.people_3d, frame.points_header)
         in_space, _ = self.transforms.in_target_frame(result.landmarks.in_space, frame.points_header)
         landmarks = result.landmarks._replace(in_space=in_space)
