@@ -325,7 +325,6 @@ def main() -> int:
         return 1
     except KeyboardInterrupt:
         return INTERRUPTED
-    print(f'[demo] {results.line().strip()}')
     show_found(output / 'output.bag', (arguments.images or SHIPPED) / 'gt.json')
     for path in (output / name for name in OUTPUTS):
         if path.is_file():
