@@ -47,7 +47,7 @@ py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles
   const Constants::Measuring& s = method.measuring;
   const py::ssize_t people = countOf(rays);
   const double* ray = checked(rays, "rays", { people, JOINTS, 3 });
-  const double* score = checked(scores, "scores", { people, JOINTS });
+  checked(scores, "scores", { people, JOINTS });
   const bool* found = checked(known, "known", { people, JOINTS });
   const double* sample = checked(samples, "samples", { people, JOINTS, SAMPLES });
   const double* depth = checked(z, "z", { people, JOINTS });

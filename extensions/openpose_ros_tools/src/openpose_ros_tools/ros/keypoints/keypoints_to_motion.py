@@ -101,7 +101,7 @@ def _write_files(options: argparse.Namespace, suffix: str, text_of: Callable[[Ma
             (folder / name).write_text(text)
     rate = next(iter(people.values())).rate
     sys.stdout.write(f'{len(texts)} people at {rate:g} Hz in {options.output}; 0 s is the stamp '
-                     f'{begin // 10**9}.{begin % 10**9:09d}\n')
+                     f'{begin // 10**9}.{begin % 10**9:09d} s\n')
     return DONE
 
 
