@@ -96,7 +96,7 @@ def test_empty_arguments_are_what_the_config_files_say(name):
 @pytest.mark.parametrize('name, argument', EACH)
 def test_each_argument_has_an_effect(name, argument, tmp_path):
     config = tmp_path / 'mine.yaml'
-    config.write_text('\n'.join(f'{node.rpartition("/")[2]}: {{tf_timeout: 0.7, lazy: false}}' for node in names(load(
+    config.write_text('\n'.join(f'{node.rpartition("/")[2]}: {{lazy: false}}' for node in names(load(
         name, **ALL_ON.get(name, {})))))
     default = ARGUMENTS[name][argument]
     others = {**ALL_ON.get(name, {}), **NEEDS.get(name, {}).get(argument, {})}

@@ -39,15 +39,15 @@ def settings(**params):
 # --- the picture ----------------------------------------------------------------------------------------------------
 
 def test_the_default_networks_find_its_people_together_and_would_prove_themselves(monkeypatch):
-    """MultiPose in the whole picture, Thunder on crops of the true boxes."""
+    """All in the whole picture, Thunder on crops of the true boxes."""
     for model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER):
         need_weights(model)
     monkeypatch.setattr(recipe_choice, 'SMALL_MODES', MODES)  # as if PicoDet and TinyPose were not installed
     detector = create_detector(settings(pose_model='COCO'))
     alike = proof._similarities(people_in(TRUTH.bgr, detector).keypoints, COCO_18, TRUTH)
     assert alike.shape == (2, 2) and alike.max(axis=0).min() > 0.95
-    for model in (MOVENET_MULTIPOSE, MOVENET_THUNDER):
-        assert similarity_of(proof.prove(detector.setup.networks[model.name], model)) > 0.95
+    for model, least in ((MOBILENET_THIN, 0.8), (MOVENET_MULTIPOSE, 0.95), (MOVENET_THUNDER, 0.95)):
+        assert similarity_of(proof.prove(detector.setup.networks[model.name], model)) > least
 
 
 # --- what passes and what is refused, by stand-ins that see which part of a chart they are shown --------------------

@@ -159,7 +159,8 @@ def score_limbs(pafs: np.ndarray, peaks: np.ndarray, model: Model, constants: De
     column = np.clip(np.rint(x[start] + steps * dx), 0, width - 1).astype(int)
     row = np.clip(np.rint(y[start] + steps * dy), 0, height - 1).astype(int)
     along_x, along_y = (pafs[channels[limb, axis], row, column] for axis in (0, 1))
-    along = along_x * (dx / length) + along_y * (dy / length)
+    with np.errstate(invalid='ignore'):
+        along = along_x * (dx / length) + along_y * (dy / length)
     support = (along > np.float32(constants.sample_threshold)).sum(axis=0)
     supported = support >= constants.limb_support * constants.limb_samples - 1e-6
     mean = np.where(supported, along.mean(axis=0), np.float32(0))

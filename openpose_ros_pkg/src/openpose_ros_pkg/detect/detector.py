@@ -15,7 +15,7 @@ from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarkNetwork, exact
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.model_registry import OPTIONAL, POSE_LANDMARK
 from openpose_ros_pkg.networks.model_types import Model
-from openpose_ros_pkg.networks.models import weights_path
+from openpose_ros_pkg.networks.models import installed_by_name, weights_path
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 _log = logging.getLogger(__name__)
@@ -54,9 +54,10 @@ class Networks:
                 self.faults[name] = f'{name} is not used: {error}'
                 _log.warning('%s', self.faults[name])
             elif name not in self.not_installed:  # said once; others take its place
+                into = f' --model-folder {self._model_folder}' if self._model_folder else ''
                 self.not_installed[name] = (
                     f'{name} is not installed, and others take its place; `rosrun openpose_ros_pkg openpose_models '
-                    f'get {name}` (in a checkout: `./run model get {name}`) fetches it')
+                    f'get {name}{into}` (in a checkout: `./run model get {name}{into}`) fetches it')
                 _log.info('%s', self.not_installed[name])
             return None
 
@@ -186,11 +187,13 @@ class Detector:
         recipes, rate = recipes_of(params), params.target_rate if params.mode != 'accurate' else 0.0
         follows = bool(recipes[0].refinements) and self._following.wanted(params)
         if rate > 0 and len(recipes) > 1:
-            chosen = chosen_for_rate(recipes[:-1], self._networks.load_any, rate, follows, self.threads)
+            # what stands in for missing networks is not timed, but where `best` may need it to reach the rate
+            timed = recipes if params.mode == BEST else recipes[:-1]
+            chosen = chosen_for_rate(timed, self._networks.load_any, rate, follows, self.threads)
         else:
             chosen = next(filter(None, map(self._networks.load_any, recipes[:-1])), None)
         recipe, loaded = chosen or self._networks.load(recipes[-1])
-        if params.mode == BEST and recipes == recipes_of(replace(params, mode='balanced')):
+        if params.mode == BEST and not installed_by_name(params.model_folder):
             _log.info('mode best is balanced, as no network by name is installed; `rosrun openpose_ros_pkg '
                       'openpose_models list` (in a checkout: `./run model list`) shows them, with their published AP')
         elif params.mode == BEST:

@@ -15,6 +15,7 @@ import numpy as np
 
 from openpose_ros_pkg.decode.boxes import decode_boxes, overlaps
 from openpose_ros_pkg.decode.direct import DirectThresholds, decode_direct
+from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.ensemble import area, sigmas
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_types import BOX_DECODERS, CROP_DECODERS, Decoder, Model
@@ -76,7 +77,8 @@ def _people(backend: 'Backend', model: Model, truth: _Truth) -> np.ndarray:
     found = []
     for part in parts:
         outputs, plan = _computed(backend, model, cut(truth.bgr, part, model.input.padding))
-        poses = decode_direct(outputs, model, _PARAMS, plan)
+        poses = (decode_fields(np.concatenate(outputs), model, DecodeParams(), plan.scaled_size)
+                 if model.decoder == Decoder.PAF else decode_direct(outputs, model, _PARAMS, plan))
         poses.keypoints[..., :2] = plan.to_image(poses.keypoints[..., :2]) + part[:2]
         found.append(poses)
     people = functools.reduce(Poses.joined, found)

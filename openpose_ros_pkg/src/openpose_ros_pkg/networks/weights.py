@@ -74,7 +74,11 @@ def _prove(model: Model, path: Path, is_new: bool = False) -> None:
     """Let a network by name prove itself and print the result; ModelError: it is refused, and deleted if it is new."""
     from openpose_ros_pkg.networks.backends import BackendParams, create_backend
     from openpose_ros_pkg.networks.proof import prove
-    backend = create_backend(model, path, BackendParams())
+    try:
+        backend = create_backend(model, path, BackendParams())
+    except ModelError as error:  # its runtime is not installed
+        say(f'{model.name}: not proved: {error}')
+        return
     try:
         say(f'{model.name}: proved: {prove(backend, model)}')
     except ModelError:
