@@ -42,7 +42,7 @@ def lift_and_draw(people: People2D, bgr: np.ndarray, depth: np.ndarray, camera: 
     points, size = DepthImage(depth, camera), (bgr.shape[1], bgr.shape[0])
     people = People2D(COCO_18, keypoints_in(people.keypoints, people.skeleton, COCO_18), people.scores, people.ids)
     observed = observe(people, size, points, points.camera, method)
-    lifted = lift_robustly(observed, Expectation.of_strangers(len(observed)), method)
+    lifted = lift_robustly(observed, points, Expectation.of_strangers(len(observed)), method)
     colours = cv2.applyColorMap((255 * np.clip(1 - 0.001 * depth / _FAR, 0, 1)).astype(np.uint8), cv2.COLORMAP_JET)
     colours[depth == 0] = 0
     for u, v in observed.uv[observed.known].tolist():

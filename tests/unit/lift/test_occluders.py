@@ -1,4 +1,6 @@
 """Who or what is in front of a keypoint: other people, the own body, furniture."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -33,11 +35,45 @@ def observed(frame):
     return observe(frame.people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
 
 
+def flat(frame):
+    seen, root = observed(frame), np.array([2.6])
+    covered = METHOD.compiled.covered_by_self(seen.uv, root, seen.focal)
+    return occluders.flat_arms(DepthImage(frame.depth, frame.camera), seen, covered)
+
+
+def test_a_hand_that_is_held_out_is_the_own_one():
+    rest = standing(5)
+    forwards = np.stack([pointing(80, 5, side) for side in (-1, 1)])
+    frame = scene(Pose(forwards, forwards, rest.thighs, rest.shins))
+    u, v = np.rint(frame.people.xy[0, INDEX['left_wrist']]).astype(int)
+    assert frame.depth[v, u] < 1000 * (2.6 - 0.4), 'far in front of the trunk'
+    assert not flat(frame)[0, rows('left_elbow', 'right_elbow', 'left_wrist', 'right_wrist')].any()
+
+
+def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
+    # the wrist is behind the back, its keypoint on the trunk
+    frame = scene(standing(2))
+    keypoints = frame.people.keypoints.copy()
+    keypoints[0, INDEX['left_wrist'], :2] = frame.people.xy[0, rows('left_hip', 'right_hip', 'neck')].mean(axis=0)
+    seen = observed(frame)
+    uv = keypoints[..., :2].astype(float)
+    points, root = DepthImage(frame.depth, CAMERA), np.array([2.6])
+    depth = seen.samples.copy()
+    u, v = np.rint(uv[0, INDEX['left_wrist']]).astype(int)
+    depth[0, INDEX['left_wrist']] = frame.depth[v, u] / 1000
+    covered = METHOD.compiled.covered_by_self(uv, root, FOCAL)
+    assert covered[0, INDEX['left_wrist']]
+    beside = replace(seen, uv=uv, samples=depth)
+    assert occluders.flat_arms(points, beside, covered)[0, INDEX['left_wrist']]
+    # a folded arm stands out from the trunk
+    assert not flat(scene(folded_arm()))[0, INDEX['left_wrist']]
+
+
 @pytest.mark.parametrize('towards, share', [(0.9, 0.15), (-0.9, 1.0)], ids=['left', 'right'])
 def test_a_limb_of_the_side_that_is_turned_away_is_hardly_seen_on_the_body(towards, share):
     frame, wrist = scene(folded_arm()), INDEX['left_wrist']
-    facing, turned = (occluders.ownership(observed(frame), np.array([2.6]), left, None).own[0]
-                      for left in (np.zeros((1, 3)), np.array([[0.2, 0.0, towards]])))
+    facing, turned = (occluders.ownership(DepthImage(frame.depth, CAMERA), observed(frame), np.array([2.6]), left, None)
+                      .own[0] for left in (np.zeros((1, 3)), np.array([[0.2, 0.0, towards]])))
     assert turned[wrist] == pytest.approx(share * facing[wrist])
 
 

@@ -120,7 +120,7 @@ def test_a_detection_without_a_body_in_the_points_tells_less(measured, has_depth
     those = DepthImage(frame.depth * np.uint16(has_depth), CAMERA)
     score = EXISTENCE.even_score + told * EXISTENCE.score_scale
     observed = observe(replace(frame.people, scores=np.array([score])), frame.size, those, CAMERA)
-    lifted = lift_robustly(observed, Expectation.of_strangers(1))
+    lifted = lift_robustly(observed, those, Expectation.of_strangers(1))
     evidence = evidence_of(observed, lifted._replace(measured=np.arange(len(JOINTS))[None] < measured),
                            np.array([np.inf]), view(those))
     less = METHOD.track.existence.against_few if has_depth and measured < 5 else 0.0

@@ -130,6 +130,8 @@ struct Constants : Step
   struct Measuring : Step
   {
     double agreement = get("agreement"), least_support = get("least_support");
+    double shortest = get("shortest"), longest = get("longest");
+    double folded = get("folded");
   } measuring{ get<py::object>("measuring") };
 
   struct Inference : Step

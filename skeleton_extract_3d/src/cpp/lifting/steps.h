@@ -38,7 +38,7 @@ py::array_t<double> othersDepths(const Constants& method, const Doubles& uv, con
 py::array_t<bool> coveredBySelf(const Constants& method, const Doubles& uv, const Doubles& root, double focal);
 // measuring.cpp
 py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles& z, const Doubles& offsets,
-                  const std::optional<Flags>& foreign);
+                  const std::optional<Flags>& foreign, const Floats& lengths);
 // head_pose.cpp
 /**
  * Fit rigid heads to their keypoints, seen from afar: least squares for the place and for cosine and sine of the yaw;

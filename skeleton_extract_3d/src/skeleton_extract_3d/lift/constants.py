@@ -115,11 +115,14 @@ class OccluderConstants:
         0.22, 'A sample is on another person if it is this near to that body, and nearer than to its own.', unit='m')
     covering_share: float = constant(0.8, 'Inner share of the breadth of a part of the own body that covers joints.',
                                      unit='share')
+    beside: float = constant(0.10, 'This far to the side of a limb, an arm stands out from the trunk.', unit='m')
+    stands_out: float = constant(0.035, 'An arm before the trunk stands out from it by this, at least on one side.',
+                                 unit='m')
     turned_away: float = constant(
         0.4, 'The side of a body whose direction points away by more is the far one.', unit='cosine')
     covered: float = constant(
         0.15, 'Likelihood that the surface at a joint that another part of the body covers in the image is its own, if '
-              'the joint is on the far side.')
+              'the joint is on the far side, or an arm that does not stand out.')
 
 
 @dataclass(frozen=True)
@@ -167,6 +170,11 @@ class MeasuringConstants:
     agreement: float = constant(
         0.09, 'Samples within this distance of where the surface should be support a joint or head.', unit='m')
     least_support: float = constant(0.12, 'A measured joint is supported by more than this weight of its window.')
+    shortest: float = constant(0.62, 'A bone below this share of its length has a keypoint that is elsewhere.',
+                               unit='share')
+    longest: float = constant(1.45, 'So has a bone above this share of its length and the error of keypoints.',
+                              unit='share')
+    folded: float = constant(0.45, 'A limb below this share of its length is folded.', unit='share')
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,7 +45,7 @@ def make_lifting(params: LiftingParams, occlusion: bool, method: MethodConstants
     body = method.body
 
     def lift(observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
-        lifted = lift_robustly(observed, expected, method)
+        lifted = lift_robustly(observed, points, expected, method)
         if params.lifting == 'mean3x3':
             people = lift_by_window(observed.people_2d, observed.image_size, points, params.window, params.statistic)
             xyz = values_in(people.xyz.astype(np.float64), people.skeleton, COCO_18, np.nan)

@@ -66,7 +66,7 @@ def _placed(lifted: Lifted, observed: ObservedPeople, bodies: np.ndarray, expect
     ratio, spread, sized = _by_floor(xyz, observed, expected, view, method)
     xyz *= ratio[:, None, None]
     stature, root = ratio * expected.stature, xyz[:, TRUNK, 2].mean(axis=1)
-    return lifted._replace(xyz=xyz, sigma=sigma * (stature / adult)[:, None], left=left,
+    return lifted._replace(xyz=xyz, plausible=observed.known, sigma=sigma * (stature / adult)[:, None], left=left,
                            root=root, stature=stature, distance_error=np.hypot(spread, constants.fit_error) * root,
                            sized=sized)
 

@@ -1,14 +1,19 @@
 """Occluders of keypoints: other people, the scenery, or another part of the same body."""
-from typing import Optional
+from typing import Optional, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import ENDS, MIDDLES, SIDES
+from skeleton_extract_3d.body.body import ENDS, JOINTS, MIDDLES, SIDES
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.constants import OccluderConstants
 from skeleton_extract_3d.lift.records import ObservedPeople, Ownership
+from skeleton_extract_3d.lift.surfaces import depths_at, lower_median
+from skeleton_extract_3d.points.point_grid import PointGrid
 
+_ARMS = np.isin(np.arange(len(JOINTS)), [*MIDDLES[:2], *ENDS[:2]])
 _OUTER, _OUTER_SIDES = np.concatenate([MIDDLES, ENDS]), np.concatenate([SIDES, SIDES])
+# The joint towards which a limb runs from each joint, in the order of COCO_18.
+_LIMB_TO = np.array([1, 0, 5, 2, 3, 2, 5, 6, 11, 8, 9, 8, 11, 12, 0, 0, 0, 0])
 
 
 def foreign_samples(samples: np.ndarray, others: np.ndarray, expected: np.ndarray,
@@ -36,8 +41,8 @@ def foreign_samples(samples: np.ndarray, others: np.ndarray, expected: np.ndarra
     return foreign
 
 
-def ownership(observed: ObservedPeople, root: np.ndarray, left: np.ndarray, foreign: Optional[np.ndarray],
-              method: MethodConstants = METHOD) -> Ownership:
+def ownership(points: PointGrid, observed: ObservedPeople, root: np.ndarray, left: np.ndarray,
+              foreign: Optional[np.ndarray], method: MethodConstants = METHOD) -> Ownership:
     """Return which body the samples belong to, by depths of trunks (P,) [m] and directions to the left (P, 3), zero
     where unknown.
     """
@@ -46,4 +51,34 @@ def ownership(observed: ObservedPeople, root: np.ndarray, left: np.ndarray, fore
     away = left[:, 2] / np.maximum(np.sqrt((left * left).sum(axis=1)), 1e-6)
     far = np.zeros(covered.shape, bool)  # joints of limbs on the far side of the body
     far[:, _OUTER] = _OUTER_SIDES * away[:, None] > constants.turned_away
-    return Ownership(np.where(covered & far, constants.covered, 1.0), covered, foreign)
+    doubted = covered & far | flat_arms(points, observed, covered, constants)
+    return Ownership(np.where(doubted, constants.covered, 1.0), covered, foreign)
+
+
+def flat_arms(points: PointGrid, observed: ObservedPeople, covered: np.ndarray,
+              constants: OccluderConstants = METHOD.occluders) -> np.ndarray:
+    """Return which joints of arms lie on the trunk in the image and do not stand out from it, (P, 18) bool.
+
+    Args:
+        covered: (P, 18) bool, joints that another part of the same body may cover.
+    """
+    flat = np.zeros(covered.shape, bool)
+    person, joint = np.nonzero(covered & _ARMS & np.isfinite(observed.samples).any(axis=2))
+    if len(person):
+        surface = lower_median(observed.samples[person, joint])
+        beside = depths_at(points, _beside(observed, (person, joint), surface, constants)) - surface
+        flat[person, joint] = (beside < constants.stands_out).all(axis=0)
+    return flat
+
+
+def _beside(observed: ObservedPeople, where: Tuple[np.ndarray, np.ndarray], surface: np.ndarray,
+            constants: OccluderConstants) -> np.ndarray:
+    """Return pixels on both sides of limbs at joints (N,) of persons (N,) with depths (N,) [m], (2, N, 2)."""
+    person, joint = where
+    here = observed.uv[person, joint]
+    along = observed.uv[person, _LIMB_TO[joint]] - here
+    length = np.sqrt((along * along).sum(axis=1))[:, None]
+    # a limb that points at the camera, or whose other end is unknown, is taken to hang down
+    along = np.where(length > 0, along / np.maximum(length, 1e-6), [0.0, 1.0])
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) * (constants.beside * observed.focal / surface)[:, None]
+    return here + np.stack([-across, across])

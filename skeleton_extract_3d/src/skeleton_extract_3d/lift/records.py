@@ -147,6 +147,7 @@ class Lifted(NamedTuple):
     Attributes:
         xyz: (P, 18, 3) [m]; where there is no keypoint, a guess.
         measured: (P, 18) bool: seen, on the person's own surface.
+        plausible: (P, 18) bool: the bones that end there have possible lengths.
         sigma: (P, 18) standard deviation along the ray [m].
         left: (P, 3) unit vectors.
         root: (P,) depth of the trunk [m].
@@ -160,6 +161,7 @@ class Lifted(NamedTuple):
 
     xyz: np.ndarray
     measured: np.ndarray
+    plausible: np.ndarray
     sigma: np.ndarray
     left: np.ndarray
     root: np.ndarray

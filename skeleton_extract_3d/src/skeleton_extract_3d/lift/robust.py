@@ -19,11 +19,13 @@ from skeleton_extract_3d.lift import occluders, surfaces
 from skeleton_extract_3d.lift.constants import InferenceConstants
 from skeleton_extract_3d.lift.head_pose import HeadPose, heads_of, left_of_heads
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
+from skeleton_extract_3d.points.point_grid import PointGrid
 
 _KINDS = np.concatenate([UPPER_KINDS, LOWER_KINDS, PAIR_KINDS, bone_kinds('trunk', 'head')])
 
 
-def lift_robustly(observed: ObservedPeople, expected: Expectation, method: MethodConstants = METHOD) -> Lifted:
+def lift_robustly(observed: ObservedPeople, points: PointGrid, expected: Expectation, method: MethodConstants = METHOD
+                  ) -> Lifted:
     """Return where the joints are, all of a person together: by the surfaces, the lengths of bones and the expectation.
 
     Depths are inferred in pictorial structures (Felzenszwalb and Huttenlocher, IJCV 2005), with the depth along each
@@ -36,7 +38,7 @@ def lift_robustly(observed: ObservedPeople, expected: Expectation, method: Metho
     head = heads_of(observed, root, scale, method)
     left = (np.where(np.isfinite(expected.left), expected.left, 0.0)
             + left_of_heads(observed, head, root, scale, method))
-    ownership = occluders.ownership(observed, root, left, foreign, method)
+    ownership = occluders.ownership(points, observed, root, left, foreign, method)
 
     # depths of joints under their surface; the candidates of the joints of the head are those of its middle
     thicknesses = method.body.thicknesses
@@ -58,11 +60,12 @@ def lift_robustly(observed: ObservedPeople, expected: Expectation, method: Metho
     z, sigma = _of_all_joints(depth, deviation, middle, head)
     offsets[:, HEAD] = head.depths - head.surface
     # visible joints are put where their surface is; compiled (measuring.cpp)
-    xyz, measured = method.compiled.measure(
-        (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.foreign)
+    xyz, measured, plausible = method.compiled.measure(
+        (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.foreign,
+        lengths[:, :8])
     distance_error = method.body.stature_spread * root
     sigma = np.where(measured.any(axis=1)[:, None], sigma, np.maximum(sigma, distance_error[:, None]))
-    return Lifted(xyz, measured, sigma, left, root, expected.stature, distance_error,
+    return Lifted(xyz, measured, plausible, sigma, left, root, expected.stature, distance_error,
                   np.zeros(len(root), bool), candidates)
 
 

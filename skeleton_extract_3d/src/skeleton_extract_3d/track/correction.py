@@ -28,9 +28,10 @@ _CORNERS = np.concatenate([SHOULDERS, HIPS])
 
 def _trusted(people: Observations, params: OcclusionParams, constants: CorrectionConstants) -> np.ndarray:
     """Return which joints the frame places, (N, 18) bool."""
-    scores, trusted = people.observed.scores, people.lifted.measured
+    scores, lifted = people.observed.scores, people.lifted
+    trusted = lifted.measured
     if params.occlusion:
-        trusted = trusted | (scores >= constants.hidden_score)
+        trusted = trusted | ((scores >= constants.hidden_score) & lifted.plausible)
     return trusted & people.observed.known & (scores >= constants.measured_score)
 
 
