@@ -9,7 +9,8 @@ Sections of time (speed, latency, live: `timed`) should run alone, on a machine 
 all others.
 
     ./run bench report                             # all sections that have their data
-    ./run bench report untimed --data mvor=FOLDER --data real=FOLDER && ./run bench report timed
+    ./run bench report untimed --data real=FOLDER --data mvor=FOLDER --data pose2sim=FOLDER \\
+        --data caliscope=FOLDER && ./run bench report timed
     ./run bench report accuracy errors --scenes FOLDER
 """
 import importlib

@@ -179,7 +179,7 @@ def test_the_pose_is_latched(tmp_path):
     assert '1' in str(sent.connection_header['latching'])
 
 
-def test_several_cameras_have_topics_and_frames_of_their_own(tmp_path):
+def test_several_cameras_have_topics_and_frames_of_their_own(tmp_path, capsys):
     for name in ('left', 'right'):
         make_folder(tmp_path / 'in' / name)
         describe(tmp_path / 'in' / name)
@@ -191,6 +191,8 @@ def test_several_cameras_have_topics_and_frames_of_their_own(tmp_path):
     assert {message.header.frame_id for message in found['/left/qhd/image_color']} == {'left_rgb_optical_frame'}
     assert [one.child_frame_id for one in found['/tf_static'][0].transforms] == [
         'left_rgb_optical_frame', 'right_rgb_optical_frame']
+    assert to_bag(tmp_path / 'in', tmp_path / 'no.bag', '--cameras', 'left/rgb', 'right/rgb') == REFUSED
+    assert 'would both be written to the same topics' in capsys.readouterr().err
 
 
 def test_a_damaged_image_is_left_out_with_a_warning(tmp_path, caplog):

@@ -1,4 +1,6 @@
 """Files of motion capture systems: hand-written ones of each format, and what may be wrong with them."""
+import logging
+
 import numpy as np
 import pytest
 
@@ -59,10 +61,19 @@ def test_c3d_units_residuals_labels_and_frame_numbers(tmp_path, unit, expected):
 
 @pytest.mark.parametrize('name, cut', [('walk.csv', MOTIVE[:-50]), ('walk.csv', MOTIVE + '12,0.24'),
                                        ('walk.trc', TRC + '4\t0.050\t13.0\t2')])
-def test_a_last_line_that_breaks_off_spoils_no_other(tmp_path, name, cut):
-    read = read_mocap(text_file(tmp_path, name, cut))
+def test_a_last_line_that_breaks_off_is_left_out(tmp_path, caplog, name, cut):
+    with caplog.at_level(logging.WARNING):
+        read = read_mocap(text_file(tmp_path, name, cut))
     whole = read_mocap(text_file(tmp_path, name, MOTIVE if name == 'walk.csv' else TRC))
-    np.testing.assert_array_equal(read.positions[:-1], whole.positions[:len(read) - 1])
+    np.testing.assert_array_equal(read.positions, whole.positions[:len(read)])
+    assert len(read) >= len(whole) - 1 and 'breaks off' in caplog.text
+
+
+def test_lines_of_trc_may_end_with_or_without_a_tab(tmp_path):
+    bare = '\n'.join(line.rstrip('\t') for line in TRC.splitlines()) + '\n'
+    assert bare != TRC
+    read, whole = (read_mocap(text_file(tmp_path, 'walk.trc', text)) for text in (bare, TRC))
+    np.testing.assert_array_equal(read.positions, whole.positions)
 
 
 @pytest.mark.parametrize('content, expected', [

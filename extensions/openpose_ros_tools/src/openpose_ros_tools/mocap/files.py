@@ -1,5 +1,7 @@
 """Files of motion capture systems: tables of OptiTrack Motive (.csv), C3D (.c3d), TRC (.trc)."""
 import csv
+import logging
+import re
 import warnings
 from dataclasses import dataclass
 from io import BytesIO, StringIO
@@ -10,6 +12,8 @@ from typing import Dict, Iterable, List, Sequence, Tuple, Union
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
+
+_log = logging.getLogger(__name__)
 
 _MOTIVE_KEY, _TRC_KEY, _C3D_KEY = 'Format Version', 'PathFileType', 0x50  # the last is the second byte of a file
 # Names of length units, in lower case, and their size [m].
@@ -50,9 +54,9 @@ def read_mocap(path: Union[str, Path]) -> MarkerRecording:
         else:
             text = content.decode('utf-8-sig', errors='replace')
             if text.startswith(_MOTIVE_KEY):
-                names, times, positions = _read_motive(text.splitlines())
+                names, times, positions = _read_motive(_whole_lines(text))
             elif text.startswith(_TRC_KEY):
-                names, times, positions = _read_trc(text.splitlines())
+                names, times, positions = _read_trc(_whole_lines(text))
             else:
                 raise ValueError("expected a table that Motive exported with 'Header Information' (.csv), C3D (.c3d) "
                                  f'or TRC (.trc); it starts with {text[:40]!r}')
@@ -121,7 +125,7 @@ def _read_trc(lines: Sequence[str]) -> Tuple[List[str], np.ndarray, np.ndarray]:
         raise ValueError(f'breaks off in its header: {len(lines)} lines, expected 5 and then numbers')
     keys, values, names = ([cell.strip() for cell in line.split('\t')] for line in lines[1:4])
     scale, names = _metres(dict(zip(keys, values)).get('Units', '')), [name for name in names[2:] if name]
-    numbers = _numbers(lines[5:], '\t', 3 + 3 * len(names), range(1, 2 + 3 * len(names)))  # lines end with a tab
+    numbers = _numbers(lines[5:], '\t', 2 + 3 * len(names), range(1, 2 + 3 * len(names)))
     positions = scale * numbers[:, 1:].reshape(len(numbers), len(names), 3)
     positions[(positions == 0).all(axis=2)] = np.nan
     return names, numbers[:, 0], positions
@@ -157,6 +161,16 @@ def _read_c3d(content: bytes) -> Tuple[List[str], np.ndarray, np.ndarray]:
     positions[(values[..., 3] < 0) | (positions == 0).all(axis=2)] = np.nan
     names = [label or f'point {place}' for place, label in enumerate([*labels, *[''] * number][:number], 1)]
     return names, (first - 1 + np.arange(len(frames))) / rate, positions
+
+
+def _whole_lines(text: str) -> List[str]:
+    """Return the lines of a table without a last one that breaks off, as when the export was interrupted."""
+    lines = text.splitlines()
+    if len(lines) > 1 and not text.endswith('\n') and len(re.findall('[,\t]', lines[-1])) < len(
+            re.findall('[,\t]', lines[-2])):
+        _log.warning('the last line is left out, as it breaks off')
+        lines.pop()
+    return lines
 
 
 def _numbers(lines: Sequence[str], separator: str, width: int, columns: Iterable[int]) -> np.ndarray:

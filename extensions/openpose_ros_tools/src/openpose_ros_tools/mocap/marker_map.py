@@ -138,7 +138,7 @@ def _rule(value: Any, above: Sequence[str]) -> Rule:
         raise ValueError(f"expected one of {', '.join(_KINDS)}")
     _check_keys(value, (kind, *_KINDS[kind]))
     if kind == 'first_of':
-        if not isinstance(value[kind], list):
+        if not isinstance(value[kind], list) or not value[kind]:
             raise ValueError(f'first_of = {value[kind]!r}, expected a list')
         return {kind: [_rule(each, above) for each in value[kind]]}
     if kind == 'hip_centre':
@@ -153,9 +153,10 @@ def _rule(value: Any, above: Sequence[str]) -> Rule:
     if 'shift' in value:
         shift = value['shift']
         _check_keys(shift, ('metres', 'from', 'to'))
-        if not abs(shift['metres']) <= _MOST_SHIFT:
-            raise ValueError(f"shift by metres = {shift['metres']!r}, expected a number within -1 .. 1 [m]")
-        rule['shift'] = {'metres': shift['metres'], 'to': _names(shift.get('to')), **(
+        metres = shift.get('metres')
+        if not isinstance(metres, (int, float)) or not abs(metres) <= _MOST_SHIFT:
+            raise ValueError(f"shift by metres = {metres!r}, expected a number within -1 .. 1 [m]")
+        rule['shift'] = {'metres': metres, 'to': _names(shift.get('to')), **(
             {'from': _names(shift['from'])} if 'from' in shift else {})}
     return rule
 

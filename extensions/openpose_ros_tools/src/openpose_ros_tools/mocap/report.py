@@ -81,9 +81,15 @@ def facts(values: Figures) -> Dict[str, str]:
     return found
 
 
+def _flat(values: Figures) -> Figures:
+    """Return figures of which some hold others, such as 'measured', in one level: 'measured.mean_mm'."""
+    return {f'{name}.{key}'.strip('.'): value for name, one in values.items()
+            for key, value in (one.items() if isinstance(one, dict) else [('', one)])}
+
+
 def tables(values: Figures) -> Dict[str, pd.DataFrame]:
     """Return the errors, the figures of validation studies, people and limbs as tables, by title."""
-    joints = pd.json_normalize([*values['joints'].values(), values['overall']])
+    joints = pd.DataFrame([_flat(one) for one in (*values['joints'].values(), values['overall'])])
     joints.index = [*(name.replace('_', ' ') for name in values['joints']), 'all joints']
     shares = {'share_answered': 'answered', **{key: key.replace('pck_', 'PCK ') for key in PCK_DISTANCES},
               **{f'{kind}.share_of_reference': kind for kind in ('measured', 'inferred')}}

@@ -5,13 +5,13 @@
     rosrun openpose_ros_tools bag_to_images lab.bag -o lab/ --image /camera/color/image_raw/compressed \\
         --depth /camera/aligned_depth_to_color/image_raw --camera-info /camera/color/camera_info
 
-images_to_bag makes of the folder the same images, stamps, calibration and frame_id again, tools of the TUM RGB-D
-benchmark read its lists (--depth-scale 5000 for their unit), and rgbd_player_node plays it. images_to_bag --help says
-what is in the folder.
+images_to_bag makes of the folder the same depth, colours of 8 bits, stamps, calibration and frame_id again, tools of
+the TUM RGB-D benchmark read its lists (--depth-scale 5000 for their unit), rgbd_player_node plays it. images_to_bag
+--help says what is in the folder.
 
-Nothing is rounded: compressed images are written as they came (.jpg, .png), others as PNG of 8-bit colours, depth in
-mm as 16-bit PNG and depth in m as TIFF of float32. Where the bag has clouds and no depth image, depth is the z of the
-cloud.
+Compressed images are written as they came (.jpg, .png), others as PNG of 8-bit colours (of 16 bits the higher 8);
+depth in mm as 16-bit PNG and depth in m as TIFF of float32, without loss. Where the bag has clouds and no depth image,
+depth is the z of the cloud.
 
 Exit status: 0 done; 1 done but for messages that contain no image; 2 nothing was written, as the command line or the
 bag is wrong; 130 interrupted, there is no folder.
@@ -107,11 +107,14 @@ def _topics(bag: rosbag.Bag, image: str, depth: str, camera_info: str) -> Camera
 
 def _calibration(bag: rosbag.Bag, topics: CameraTopics) -> Optional[Calibration]:
     """Return the first calibration of the images; BadInputError: depth is of another camera."""
-    calibration = None
-    if topics.image_info:
-        calibration = calibration_from_message(deserialized(next(stamped_messages(bag, [topics.image_info]))))
-    else:
+    infos = [calibration_from_message(deserialized(message))
+             for message in stamped_messages(bag, [topics.image_info] * bool(topics.image_info))]
+    changed, calibration = sum(info != infos[0] for info in infos), infos[0] if infos else None
+    if not infos:
         _log.warning('no calibration: there will be no camera.yaml')
+    if changed:
+        _log.warning('%d messages on %s differ from the first one, which camera.yaml is made of', changed,
+                     topics.image_info)
     depth = topics.points or topics.depth
     info = topic_finder(bag).camera_info_of(depth) if depth else None
     lens = calibration_from_message(deserialized(next(stamped_messages(bag, [info])))) if info else None

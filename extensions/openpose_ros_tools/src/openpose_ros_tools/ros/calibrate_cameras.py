@@ -18,6 +18,7 @@ Exit status: 0 done; 2 nothing was written, as an input is wrong or the people d
 interrupted.
 """
 import argparse
+import logging
 import sys
 from functools import partial
 from typing import Optional, Sequence
@@ -32,6 +33,7 @@ from openpose_ros_tools.calibration.calibrate import Calibrated, CalibrationPara
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.ros.camera_recordings import recordings_of_files
 
+_log = logging.getLogger(__name__)
 _FILES = ('rig.yaml', 'rig.png', 'report.txt')
 
 
@@ -57,6 +59,9 @@ def _run(options: argparse.Namespace) -> int:
         save_figure(rig_figure(found), folder / 'rig.png')
         text = report(found)
         (folder / 'report.txt').write_text(text)
+    frames = [camera.frame_id for camera in found.rig.cameras]
+    for frame in sorted({frame for frame in frames if frames.count(frame) > 1}):
+        _log.warning("several cameras have the frame '%s', which tf can not tell apart", frame)
     sys.stdout.write(text)
     return DONE
 

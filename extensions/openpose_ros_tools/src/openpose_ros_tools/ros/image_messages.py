@@ -3,6 +3,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Dict, List, Optional, Sequence, Tuple
 
+import cv2
 import genpy
 import numpy as np
 from sensor_msgs.msg import CompressedImage
@@ -83,8 +84,8 @@ class FolderMessages:
     def _image_message(self, pixels: np.ndarray, content: bytes, path: Path, header: Header) -> genpy.Message:
         if not self.compressed:
             return bgr_to_image(pixels, header)
-        kind = image_kind(content)
-        if kind is None:
+        kind, plain = image_kind(content), decode_image(content, str(path), cv2.IMREAD_UNCHANGED)
+        if kind is None or plain.dtype != np.uint8 or plain.shape[2:] != (3,):  # the format is to tell what is in it
             content, kind = image_files.encode_image(pixels, '.png', str(path)), 'png'
         return CompressedImage(header=header, format=f'bgr8; {kind} compressed bgr8', data=content)
 

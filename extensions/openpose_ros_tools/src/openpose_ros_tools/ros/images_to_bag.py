@@ -151,6 +151,9 @@ def _camera_folders(folder: Path, names: Sequence[str]) -> List[Path]:
         (path for path in folder.glob('*') if path.is_dir() and not path.name.startswith('.')), key=natural_key)
     if not folders:
         raise ParameterError(f'{folder} holds no folders of cameras')
+    if len({place.name for place in folders}) < len(folders):
+        raise ParameterError(f"of {', '.join(map(str, folders))} two have one name, and would both be written to the "
+                             'same topics; rename one of them')
     return folders
 
 

@@ -1,7 +1,7 @@
 """Show a recording on the page that people_web_node serves live, as one file of HTML with the recording inside.
 
 The page needs no server and no network: people in 3D with what they do, play, pause, speed, a timeline of postures and
-gestures, plots of distance, speed and joint angles, images, and the table as CSV. No master is needed.
+gestures, plots of distance, speed and joint angles, and images. No master is needed.
 
     rosrun openpose_ros_tools process_bag walk.bag -o people.bag --signals
     rosrun openpose_ros_tools report people.bag --images walk.bag
