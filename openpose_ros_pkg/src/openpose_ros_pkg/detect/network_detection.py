@@ -92,8 +92,12 @@ class CameraMemory:
                        budget=self.budget.after_frame(interval, spent, self.whole(), cameras))
 
     def whole(self) -> float:
-        """Return what a search of all of the image takes [s]."""
-        return sum(self.plan.of_part(part, self.image.size[1]) for part in self.schedule.parts)
+        """Return what a search of all of the image, and of its depth for heads, takes [s]."""
+        return sum(self.plan.of_part(part, self.image.size[1]) for part in self.schedule.parts) + self._of_heads
+
+    @property
+    def _of_heads(self) -> float:
+        return 0.0 if self.image.depth is None else HEADS.most * self.plan.of_person
 
     def with_changes(self, people: Sequence[Person]) -> 'CameraMemory':
         """Return the memory with the parts urgent in which the image changed outside of all people."""
@@ -109,11 +113,13 @@ class CameraMemory:
             at_once: parts alone, and for urgent ones time may be taken that is not saved yet.
         """
         plan, schedule = self.plan, self.plan.schedule
-        heads_due = not at_once and self.image.depth is not None and self.stamp - self.heads >= schedule.search_time
-        part = None if heads_due else self.schedule.next(self.stamp)
-        if part is None and not heads_due:
+        part, waited = self.schedule.next(self.stamp), self.stamp - self.heads
+        if not at_once and self.image.depth is not None and waited >= schedule.search_time and (
+                part is None or waited > self.stamp - self.schedule.searched.get(part, -np.inf)):
+            part = None  # heads are due
+        elif part is None:
             return None
-        seconds = plan.of_part(part, self.image.size[1]) if part else HEADS.most * plan.of_person
+        seconds = plan.of_part(part, self.image.size[1]) if part else self._of_heads
         owed, credit = self.budget.owes(seconds), schedule.most_saved if part in self.schedule.urgency else 0.0
         if not (owed or self.budget.affords(seconds - credit * at_once)):
             return None
