@@ -347,6 +347,20 @@ def test_heads_in_the_depth_are_looked_for_also_where_images_wait(monkeypatch, r
     assert np.diff(stamps).max() < 2.5 * SCHEDULE.search_time and len(stamps) <= 3 / SCHEDULE.search_time + 1
 
 
+def test_what_waited_longer_is_searched_first_so_that_no_part_of_the_image_waits_for_heads(monkeypatch):
+    scene, order, wall = Scene([LEFT]), [], DepthView(np.full((48, 64), 3.0, np.float32), 50.0)
+    monkeypatch.setattr(Networks, 'heads', lambda self, people, stamp: order.append('heads') or Look(list(people)))
+    monkeypatch.setattr(Networks, 'search', lambda self, people, part: order.append('part') or Look(list(people)))
+    for i in range(13):
+        frame = ImageFrame('camera', BEGIN + i / 10, IMAGE, wall)
+        looks = scene.detection.look(frame, expected((1, LEFT)) if i else expected(), in_full=False)
+        scene.detection.remember(frame, np.ones(len(looks.people), int))
+        order.clear()
+        if i in (6, 12):  # before, the next images wait
+            list(scene.detection.search(frame))
+            assert order[0] == 'part' and order.count('heads') == 1
+
+
 # --- changes ----------------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('mode', MODES)
