@@ -28,7 +28,7 @@ class Backend(Protocol):
 
         Args:
             images: (1, H, W, 3) uint8 BGR, H and W multiples of the recipe's `multiple_of`, or its `fixed_size`.
-                Batches gain nothing (docs/decisions.md).
+                Batches gain nothing (development/notes/decisions.md).
 
         Returns:
             A float32 array, not shared, for each of the model's `outputs`. Decoder 'paf': (1, C, H / stride, W /

@@ -27,7 +27,7 @@ _KEPT_BYTES, _LEAST_KEPT = 512 << 20, 2
 # files, which hold 2 bytes of each number, ONNX 4. Measured in f32: mobilenet_thin 656 x 368 takes 58 MB, 984 x 552
 # 119 MB, movenet_multipose 512 x 288 69 MB, 512 x 512 95 MB; RTMPose-l 192 x 256 (111 MB of ONNX) 176 MB.
 _BYTES_PER_PIXEL, _WEIGHTS_SHARE, _ONNX_SHARE = 220, 4, 1.5
-# Images that `infer_many` computes at a time; with more cores each of them gets several (docs/decisions.md).
+# Images that `infer_many` computes at a time; with more cores each gets several (development/notes/decisions.md).
 _MOST_STREAMS = 4
 # Only the first sizes of a process go to the disk: a folder of images may have a new one each.
 _CACHED_SIZES = 8
