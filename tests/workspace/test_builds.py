@@ -87,7 +87,7 @@ with tempfile.TemporaryDirectory() as folder, Session(Path(folder)) as session:
     rospy.init_node('check_nodes_run', disable_signals=True)
     topic = '/openpose_ros/skeleton_3d/detected_poses_3d'
     message = rospy.wait_for_message(topic, PersonDetection_3dArray, timeout=60)
-    assert message.pose_model == 'COCO_18' and message.persons, message
+    assert message.pose_model in ('BODY_25', 'COCO_18') and message.persons, message
     rospy.wait_for_message('/kinect2/qhd/depth_registered/camera_info', CameraInfo, timeout=60)
 END""", space.parent, environment)
 
