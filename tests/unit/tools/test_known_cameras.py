@@ -85,7 +85,8 @@ def pose2sim_text(fisheye=False, distortions=4):
     return text + '[metadata]\nadjusted = false\nerror = 0.0\n'
 
 
-@pytest.mark.parametrize('absent', ['toml', 'tomllib'])
+@pytest.mark.parametrize('absent', ['tomllib', pytest.param('toml', marks=pytest.mark.skipif(
+    sys.version_info < (3, 11), reason='Python has tomllib from 3.11 on'))])
 def test_pose2sim(tmp_path, monkeypatch, absent):
     """By the library of Python, and by the one for Python before 3.11."""
     monkeypatch.setitem(sys.modules, absent, None)

@@ -72,7 +72,7 @@ def bvh_text(person: MarkerRecording) -> str:
     lines = ['HIERARCHY', *_joint(_ROOT, np.zeros(3), bones, ends, order)]
     rows = np.concatenate([_CENTIMETRES * _filled(points['hips']), *(_degrees(local[name]) for name in order)], axis=1)
     rest = np.concatenate([rows[0, :3], np.zeros(rows.shape[1] - 3)])
-    rows = np.concatenate([np.tile(rest, (round(person.times[0] * person.rate), 1)), rows])
+    rows = np.concatenate([np.tile(rest, (int(np.rint(person.times[0] * person.rate)), 1)), rows])
     lines += ['MOTION', f'Frames: {len(rows)}', f'Frame Time: {1 / person.rate:.7f}']
     lines += [' '.join(f'{value:.5f}' for value in row) for row in rows.tolist()]
     return '\n'.join(lines) + '\n'

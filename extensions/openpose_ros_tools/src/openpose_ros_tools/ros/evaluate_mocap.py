@@ -63,9 +63,11 @@ def read_poses(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, 
         BadInputError: it can not be read, or holds no people, or people in the image.
     """
     frames = None
-    if is_bag(path) or topic is not None:
+    if is_bag(path):
         from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints  # tables can be read without ROS
         poses, frames = read_keypoints(path, topic)
+    elif topic is not None:
+        raise BadInputError(f'{path}: --topic is for bags')
     else:
         poses = read_keypoint_csv(path)
     if not len(poses):
