@@ -93,10 +93,10 @@ class CameraMemory:
 
     def whole(self) -> float:
         """Return what a search of all of the image, and of its depth for heads, takes [s]."""
-        return sum(self.plan.of_part(part, self.image.size[1]) for part in self.schedule.parts) + self._of_heads
+        return sum(self.plan.of_part(part, self.image.size[1]) for part in self.schedule.parts) + self.of_heads()
 
-    @property
-    def _of_heads(self) -> float:
+    def of_heads(self) -> float:
+        """Return what a search of the depth for heads takes at most [s]."""
         return 0.0 if self.image.depth is None else HEADS.most * self.plan.of_person
 
     def with_changes(self, people: Sequence[Person]) -> 'CameraMemory':
@@ -113,17 +113,21 @@ class CameraMemory:
             at_once: parts alone, and for urgent ones time may be taken that is not saved yet.
         """
         plan, schedule = self.plan, self.plan.schedule
-        part, waited = self.schedule.next(self.stamp), self.stamp - self.heads
-        if not at_once and self.image.depth is not None and waited >= schedule.search_time and (
-                part is None or waited > self.stamp - self.schedule.searched.get(part, -np.inf)):
-            part = None  # heads are due
+        part = self.schedule.next(self.stamp)
+        if not at_once and self._heads_are_next(part):
+            part = None
         elif part is None:
             return None
-        seconds = plan.of_part(part, self.image.size[1]) if part else self._of_heads
+        seconds = plan.of_part(part, self.image.size[1]) if part else self.of_heads()
         owed, credit = self.budget.owes(seconds), schedule.most_saved if part in self.schedule.urgency else 0.0
         if not (owed or self.budget.affords(seconds - credit * at_once)):
             return None
         return Step(part, NextPart(seconds, owed))
+
+    def _heads_are_next(self, part: Optional[Part]) -> bool:
+        """Return whether the search for heads is due, and has waited longer than a part of the image; None: no part."""
+        return (self.image.depth is not None and self.stamp - self.heads >= self.plan.schedule.search_time
+                and (part is None or self.heads < self.schedule.searched.get(part, -np.inf)))
 
     def after(self, step: 'Step', runs: Sequence[Run]) -> 'CameraMemory':
         """Return the memory after a step, with the runs of the networks in it."""
