@@ -40,8 +40,9 @@ RESEND, REPEAT = 2.0, 5.0
 # For what takes a few seconds on a machine that is not busy [s].
 PATIENCE = 60.0
 # Joints before and after a fault differ by less [m], as sizes are learnt anew where a fault ended the tracks; a frame
-# in other units or of another camera is metres off.
-SAME_JOINTS = 0.05
+# in other units or of another camera is metres off. Two depths explain the hidden right forearm of one person, 0.19 m
+# apart: which one is inferred depends on the time between the frames.
+SAME_JOINTS, HIDDEN_JOINTS, LEAST_SAME = 0.05, 0.3, 0.9
 # Good frames after which what nodes allocate once is there, and sizes are learnt: joints are within 2 cm.
 SETTLED = 30
 
@@ -200,8 +201,9 @@ class Chain:
         """Assert that all nodes are the processes that they were, and good frames give the same joints."""
         for _ in range(SETTLED):
             found = self.figures(self.result_of_good_frame())
-            is_same = (found.shape == self.reference.shape
-                       and np.allclose(found, self.reference, 0, SAME_JOINTS, equal_nan=True))
+            is_same = found.shape == self.reference.shape and np.allclose(
+                found, self.reference, 0, HIDDEN_JOINTS, equal_nan=True) and np.isclose(
+                found, self.reference, 0, SAME_JOINTS, equal_nan=True).mean() >= LEAST_SAME
             if is_same:
                 break
         assert is_same, f'{found} instead of {self.reference}'
