@@ -2,7 +2,7 @@
 import base64
 import bisect
 from dataclasses import asdict, dataclass, field
-from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from openpose_ros_tools.tables.keypoint_table import people_of_rows
 from openpose_ros_tools.tables.signal_timeline import SignalFrame, timeline_of
 from openpose_ros_web import protocol
 from openpose_ros_web.protocol import Message, Moment
-from skeleton_extract_3d.landmarks import Faces3D, Hands3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import TURNED, UPRIGHT, Transform
 
@@ -23,20 +22,13 @@ _SHADE = 0.72
 _TOGETHER = 1e-3
 
 
-class Landmarks(NamedTuple):
-    """Hands and faces of a frame; None: not known."""
-
-    hands: Optional[Hands3D] = None
-    faces: Optional[Faces3D] = None
-
-
 @dataclass(frozen=True)
 class Recording:
     """People and what they do.
 
     Attributes:
         up: (3,) upwards in their frame, any length.
-        landmarks: hands and faces by the stamp of their frame [ns].
+        landmarks: 'hands' and 'faces' that are known, by the stamp of their frame [ns].
         camera: that took the thumbnails, where the frame of the people is its own.
     """
 
@@ -47,7 +39,7 @@ class Recording:
     up: np.ndarray
     notes: Tuple[str, ...] = ()
     thumbnails: Tuple[Tuple[int, bytes], ...] = ()  # stamp [ns] and JPEG
-    landmarks: Mapping[int, Landmarks] = field(default_factory=dict)
+    landmarks: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
     camera: Optional[CameraModel] = None
 
     @property
@@ -92,11 +84,11 @@ def frames_of(recording: Recording) -> Iterator[List[Message]]:
         found = bisect.bisect(times, moment.stamp - _TOGETHER)
         is_of_frame = found < len(times) and times[found] < moment.stamp + _TOGETHER
         persons = [person for person in signals[found].persons if person.id in selection.persons] if is_of_frame else []
-        hands, faces = recording.landmarks.get(stamp, Landmarks())
+        landmarks = recording.landmarks.get(stamp, {})
         yield [protocol.signals_message(persons, pose, moment),
                protocol.people_message(people_of_rows(table.select(order[start:end]), model), pose, moment),
-               *([] if hands is None else [protocol.hands_message(hands, pose, moment)]),
-               *([] if faces is None else [protocol.faces_message(faces, pose, moment)])]
+               *(message(landmarks[part], pose, moment) for part, message in (
+                   ('hands', protocol.hands_message), ('faces', protocol.faces_message)) if part in landmarks)]
 
 
 def skeleton_of(joints: Sequence[str]) -> SkeletonModel:

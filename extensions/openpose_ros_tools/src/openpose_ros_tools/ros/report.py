@@ -32,7 +32,7 @@ from openpose_ros_pkg.output.files import jpeg_of
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.ros.topics import DIMENSIONS, PARTS, KeypointTopic, choose_topic
 from openpose_ros_tools.outputs import output_file
-from openpose_ros_tools.report.recording import Landmarks, Recording, facts_of, frames_of
+from openpose_ros_tools.report.recording import Recording, facts_of, frames_of
 from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_finder, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import bag_messages, keypoints_of, signals_of
 from openpose_ros_tools.tables.keypoint_selection import MOST_PERSONS, Selection, select, upwards_of
@@ -97,16 +97,14 @@ def _read(options: argparse.Namespace) -> Recording:
     return _with_images(recording, options)
 
 
-def _landmarks(bag: rosbag.Bag, topic: KeypointTopic) -> Dict[int, Landmarks]:
-    """Return hands and faces beside the people of a topic, by their stamp [ns]."""
-    found: Dict[int, Landmarks] = {}
+def _landmarks(bag: rosbag.Bag, topic: KeypointTopic) -> Dict[int, Dict[str, Any]]:
+    """Return 'hands' and 'faces' beside the people of a topic, by their stamp [ns]."""
+    found: Dict[int, Dict[str, Any]] = {}
     types = topic_types(bag)
     for part, read in (('hands', hands_from_array), ('faces', faces_from_array)):
         name = f'{topic.namespace}/detected_{part}_3d'
         for message, _ in bag_messages(bag, name) if PARTS[part].get(types.get(name, '')) == 3 else ():
-            stamp = message.header.stamp.to_nsec()
-            values: Dict[str, Any] = {part: read(message)}
-            found[stamp] = found.get(stamp, Landmarks())._replace(**values)
+            found.setdefault(message.header.stamp.to_nsec(), {})[part] = read(message)
     return found
 
 
