@@ -17,7 +17,7 @@ from skeleton_extract_3d.people import INFERRED, MISSING
 JOINTS = len(MESSAGE_JOINTS)
 WRIST, NOSE, ELBOW = (MESSAGE_JOINTS.index(name) for name in ('right_wrist', 'nose', 'right_elbow'))
 RATE, OFFSET = 10, 100.0
-ALIGNED = Alignment(OFFSET, np.eye(3), np.zeros(3), True, True, np.nan, np.nan, np.nan, 0.0, 1.0, 0, 0.0, None, ())
+ALIGNED = Alignment(0.0, np.eye(3), np.zeros(3), clock_offset=OFFSET, clock_given=True, transform_given=True)
 
 
 def body():

@@ -65,7 +65,7 @@ def test_standard_deviations_are_those_of_the_errors():
         scene = simulate(truth, seed)
         found = align(scene.estimate.measured(), scene.reference)
         offset, angle, _, _ = errors(scene, found)
-        ratios.append((offset / (1e3 * found.clock_std), angle / found.rotation_std))
+        ratios.append((offset / (1e3 * found.std[0]), angle / found.std[1]))
     assert np.all(np.abs(np.sqrt(np.mean(np.square(ratios), axis=0)) - 1) < 0.5)
 
 
@@ -75,7 +75,7 @@ def test_what_is_given_is_kept(long_scene):
     assert both.clock_offset == long_scene.clock_offset and both.speed_correlation is None
     np.testing.assert_array_equal(both.rotation, long_scene.rotation)
     np.testing.assert_array_equal(both.translation, long_scene.translation)
-    assert both.clock_given and both.transform_given and np.isnan([both.clock_std, both.rotation_std]).all()
+    assert both.clock_given and both.transform_given and np.isnan(both.std).all()
     clock = align(long_scene.estimate.measured(), long_scene.reference,
                   AlignmentParams(clock_offset=long_scene.clock_offset))
     assert errors(long_scene, clock)[1] < 0.1 and errors(long_scene, clock)[2] < 3
@@ -132,7 +132,7 @@ def test_sigma_weighs(long_scene):
         sigma=np.where(bad, 0.14, long_scene.estimate.sigma).astype(np.float32))
     weighed = align(noisy.measured(), long_scene.reference, AlignmentParams(use_sigma=True))
     plain = align(noisy.measured(), long_scene.reference)
-    assert errors(long_scene, weighed)[1] < 0.15 and weighed.rotation_std < plain.rotation_std
+    assert errors(long_scene, weighed)[1] < 0.15 and weighed.std[1] < plain.std[1]
 
 
 def test_rigid_transform_is_no_mirror_image():

@@ -47,30 +47,18 @@ class AlignmentParams:
 
 
 @dataclass(frozen=True)
-class Alignment:
-    """How the recordings lie to each other.
+class Alignment(Refined):
+    """How the recordings lie to each other; standard deviations are NaN where a value was given.
 
     Standard deviations hold noise and what single joints err by always, not what all joints of all people err by alike.
     """
 
-    clock_offset: float  # time of the reference minus time of the estimate at the same instant [s]
-    rotation: np.ndarray  # (3, 3), x_reference = rotation x_camera + translation
-    translation: np.ndarray  # (3,) [m]
-    clock_given: bool  # not found
-    transform_given: bool
-    clock_std: float  # standard deviation [s], NaN where given, as the next two
-    rotation_std: float  # [degrees]
-    translation_std: float  # [m] at the middle of the people
-    residual: float  # median distance of the joints used [m]
-    scale: float  # by which the camera's people would have to be stretched to fit; not applied
-    samples: int  # joints in single frames that were used
-    rival: float  # merit of the best other solution, as a share of this one's
-    speed_correlation: Optional[float]  # of the joints' speeds at the clock offset, None where that was given
-    warnings: Tuple[str, ...]  # what makes the result doubtful
-
-    def apply(self, positions: np.ndarray) -> np.ndarray:
-        """Return positions (..., 3) of the camera's frame in the reference's [m]."""
-        return np.asarray(positions, np.float64) @ self.rotation.T + self.translation
+    clock_offset: float = np.nan  # time of the reference minus time of the estimate at the same instant [s]
+    clock_given: bool = False  # not found
+    transform_given: bool = False
+    rival: float = 0.0  # merit of the best other solution, as a share of this one's
+    speed_correlation: Optional[float] = None  # of the joints' speeds at the clock offset, None where that was given
+    warnings: Tuple[str, ...] = ()  # what makes the result doubtful
 
 
 def align(estimate: Any, reference: Any, params: AlignmentParams = AlignmentParams()) -> Alignment:
@@ -118,9 +106,9 @@ def align(estimate: Any, reference: Any, params: AlignmentParams = AlignmentPara
                             f'least {least_points(free)}; are they of the same scene?')
     correlation = None if correlations is None else _speed_correlation(correlations, best, observed.ids, tracks)
     return Alignment(
-        base + best.lag if params.clock_offset is None else params.clock_offset, best.rotation, best.translation,
-        not free[6], not free[0], *best.std, best.residual, best.scale, best.samples, rival, correlation,
-        tuple(_doubts(best, rival, correlation, observed.frame_time, params.clock_option)))
+        **vars(best), clock_offset=base + best.lag if params.clock_offset is None else params.clock_offset,
+        clock_given=not free[6], transform_given=not free[0], rival=rival, speed_correlation=correlation,
+        warnings=tuple(_doubts(best, rival, correlation, observed.frame_time, params.clock_option)))
 
 
 def _observed(estimate: Any, reference: Any, use_sigma: bool) -> Tuple[Observed, np.ndarray]:

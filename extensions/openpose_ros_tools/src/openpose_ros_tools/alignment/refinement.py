@@ -20,10 +20,11 @@ class Refined(Solution):
     """A solution with its uncertainty."""
 
     subjects: np.ndarray = field(default_factory=lambda: np.zeros(0, int))  # (R,) of each row, -1 none
-    std: Tuple[float, float, float] = (np.nan, np.nan, np.nan)  # of lag [s], rotation [deg], translation [m]
+    # of lag [s], rotation [degrees], and translation at the middle of the people [m]
+    std: Tuple[float, float, float] = (np.nan, np.nan, np.nan)
     residual: float = np.nan  # median distance of the joints used [m]
-    scale: float = np.nan  # by which the camera's people would have to be stretched to fit
-    samples: int = 0  # joints that were used
+    scale: float = np.nan  # by which the camera's people would have to be stretched to fit; not applied
+    samples: int = 0  # joints in single frames that were used
 
 
 def refine(observed: Observed, paths: JointPaths, solution: Solution, free: np.ndarray, steps: int) -> Refined:

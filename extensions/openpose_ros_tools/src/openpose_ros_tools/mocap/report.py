@@ -32,20 +32,21 @@ _FORMS = {'r': '{:.2f}'.format, 'samples': '{:.0f}'.format}
 def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, str]) -> Figures:
     """Return all figures of a comparison, ready for JSON; inputs: names of the files, as they appear in the report."""
     quaternion, = quaternions(alignment.rotation[None])
+    clock_std, rotation_std, translation_std = alignment.std
     matrix = np.vstack([np.column_stack([alignment.rotation, alignment.translation]), [0, 0, 0, 1]])
     return {
         'layout': _LAYOUT, 'inputs': inputs, 'warnings': list(alignment.warnings),
         'clock': {
             'offset_s': alignment.clock_offset, 'meaning': 'time of the reference minus time of the estimate',
-            'given': alignment.clock_given, 'std_ms': number_or_none(1e3 * alignment.clock_std),
+            'given': alignment.clock_given, 'std_ms': number_or_none(1e3 * clock_std),
             'peak_correlation': None if alignment.speed_correlation is None else number_or_none(
                 alignment.speed_correlation)},
         'transform': {
             'meaning': 'x_reference = R x_estimate + t', 'given': alignment.transform_given,
             'translation_m': np.round(alignment.translation, 9).tolist(),
             'quaternion_xyzw': np.round(quaternion, 9).tolist(), 'matrix': np.round(matrix, 9).tolist(),
-            'rotation_std_deg': number_or_none(alignment.rotation_std),
-            'translation_std_mm': number_or_none(1e3 * alignment.translation_std)},
+            'rotation_std_deg': number_or_none(rotation_std),
+            'translation_std_mm': number_or_none(1e3 * translation_std)},
         'alignment': {
             'median_residual_mm': number_or_none(1e3 * alignment.residual), 'scale': number_or_none(alignment.scale),
             'joint_samples': alignment.samples, 'best_other_solution': number_or_none(alignment.rival)},
