@@ -194,10 +194,9 @@ def _resected(cameras: Sequence[CameraPaths], camera: int, adjusted: Adjusted, p
     try:
         paths = CameraPaths(CameraRecording('people', '', stamps, ids, people[order], np.full(people.shape[:2], np.nan),
                                             True), 0)
-        pose, clock, cost = resect(paths, cameras[camera], 0.0 if params.clocks_agree else None)
+        return Edge(-1, camera, *resect(paths, cameras[camera], 0.0 if params.clocks_agree else None))
     except BadInputError:
         return None
-    return Edge(-1, camera, *pose, clock, cost)
 
 
 def _edge(cameras: Sequence[CameraPaths], pair: Tuple[int, int], params: CalibrationParams) -> Edge:
@@ -205,12 +204,13 @@ def _edge(cameras: Sequence[CameraPaths], pair: Tuple[int, int], params: Calibra
     first, second = sorted(pair, key=lambda camera: not cameras[camera].has_depth)
     one, other = cameras[first], cameras[second]
     find = relate_images if not one.has_depth else align_in_space if other.has_depth else resect
-    (rotation, shift), clock, cost = find(one, other, 0.0 if params.clocks_agree else None)
-    edge = Edge(first, second, rotation, shift, clock, cost)
+    edge = Edge(first, second, *find(one, other, 0.0 if params.clocks_agree else None))
     if one.has_depth:
         return edge
     gathered = gather([one, other], [_ROOT, edge.second_pose])
-    return replace(edge, translation=_scale_of_bones(gathered.people(gathered.joints), params.stature) * shift)
+    rotation, shift = edge.transform
+    factor = _scale_of_bones(gathered.people(gathered.joints), params.stature)
+    return replace(edge, transform=(rotation, factor * shift))
 
 
 def _scale_of_bones(people: np.ndarray, stature: float, constants: BodyConstants = BODY) -> float:

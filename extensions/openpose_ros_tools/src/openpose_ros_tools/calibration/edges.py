@@ -3,7 +3,7 @@ from dataclasses import dataclass
 from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
-from scipy.sparse import coo_matrix
+from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
 from openpose_ros_pkg.errors import BadInputError
@@ -25,22 +25,22 @@ class Edge:
 
     Attributes:
         first, second: numbers of the cameras.
-        rotation, translation: (3, 3) and (3,) [m].
+        transform: rotation and translation [m].
         clock_offset: [s], added to the times of the first camera gives those of the second.
         cost: the less, the better the edge is known.
     """
 
     first: int
     second: int
-    rotation: np.ndarray
-    translation: np.ndarray
+    transform: Transform
     clock_offset: float
     cost: float
 
     @property
     def second_pose(self) -> 'CameraPose':
         """The second camera in the frame of the first one."""
-        return CameraPose((self.rotation.T, -self.rotation.T @ self.translation), -self.clock_offset)
+        rotation, translation = self.transform
+        return CameraPose((rotation.T, -rotation.T @ translation), -self.clock_offset)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,13 +89,13 @@ def spanning_tree(cameras: Sequence[str], edges: Sequence[Edge], reasons: Dict[T
         BadInputError: not all cameras are connected; the text names the groups and the reasons.
     """
     count = len(cameras)
-    best: Dict[Tuple[int, int], Edge] = {}
+    poses_to: Dict[Tuple[int, int], CameraPose] = {}  # of the first camera in the frame of the second one
+    costs = np.zeros((count, count))
     for edge in sorted(edges, key=lambda one: -one.cost):
-        best[edge.first, edge.second] = edge
-        best[edge.second, edge.first] = Edge(edge.second, edge.first, edge.rotation.T,
-                                             -edge.rotation.T @ edge.translation, -edge.clock_offset, edge.cost)
-    pairs = np.array(list(best)).reshape(-1, 2)
-    graph = coo_matrix(([edge.cost for edge in best.values()], (pairs[:, 0], pairs[:, 1])), (count, count)).tocsr()
+        poses_to[edge.first, edge.second] = CameraPose(edge.transform, edge.clock_offset)
+        poses_to[edge.second, edge.first] = edge.second_pose
+        costs[edge.first, edge.second] = costs[edge.second, edge.first] = edge.cost
+    graph = csr_matrix(costs)
     groups, labels = connected_components(graph, directed=False)
     if groups > 1:
         names = [', '.join(name for name, label in zip(cameras, labels) if label == group) for group in range(groups)]
@@ -105,8 +105,8 @@ def spanning_tree(cameras: Sequence[str], edges: Sequence[Edge], reasons: Dict[T
     order, before = breadth_first_order(minimum_spanning_tree(graph), 0, directed=False)
     poses = {0: CameraPose((np.eye(3), np.zeros(3)), 0.0)}
     for camera in order[1:].tolist():
-        edge, parent = best[camera, int(before[camera])], poses[int(before[camera])]
+        step, parent = poses_to[camera, int(before[camera])], poses[int(before[camera])]
         rotation, translation = parent.pose
-        poses[camera] = CameraPose((rotation @ edge.rotation, rotation @ edge.translation + translation),
-                                   parent.clock_offset + edge.clock_offset)
+        poses[camera] = CameraPose((rotation @ step.pose[0], rotation @ step.pose[1] + translation),
+                                   parent.clock_offset + step.clock_offset)
     return [poses[camera] for camera in range(count)]

@@ -117,7 +117,7 @@ def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], wide: fl
     measured, velocity, sigma = (
         np.array([each[c][s, n, j] for c, s, n, j in zip(camera, slot, number, name[point])]) for each in
         (points, *([read(paths, at) for paths, at in zip(cameras, own)]
-                   for read in (CameraPaths.velocity, CameraPaths.sigma))))
+                   for read in (CameraPaths.motion, CameraPaths.sigma))))
     away = np.linalg.norm(table[point, :3] - np.array([one.pose[1] for one in poses])[camera], axis=1)
     sigma = sigma / np.where([cameras[one].has_depth for one in camera], 1, np.maximum(away, _NEAREST))
     sums = np.stack([np.bincount(owner, axis) for axis in table[:, :3].T], axis=1)

@@ -53,7 +53,7 @@ def keypoint_sigma(scores: np.ndarray) -> np.ndarray:
         return np.where(scores > 0, _KEYPOINT_SIGMA * np.clip(scores, _LEAST_SCORE, 1.0) ** -_SCORE_POWER, np.nan)
 
 
-class CameraPaths:
+class CameraPaths(JointPaths):
     """A recording as paths of its joints over time; people who follow each other share a slot.
 
     Attributes:
@@ -74,10 +74,9 @@ class CameraPaths:
         self.recording = replace(recording, stamps=stamps - begin, ids=recording.ids[order],
                                  positions=recording.positions[order], sigma=recording.sigma[order])
         self.name, self.has_depth = recording.name, recording.has_depth
-        self.times = (frames - begin) * 1e-9
-        rows = np.searchsorted(frames, stamps)
+        times, rows = (frames - begin) * 1e-9, np.searchsorted(frames, stamps)
         points = self.recording.positions
-        slots = _slots(self.times[rows], self.recording.ids)
+        slots = _slots(times[rows], self.recording.ids)
         shape = (slots.max() + 1, len(frames), points.shape[1])
         self.positions, self._sigma = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
         self.positions[slots, rows] = points
@@ -87,16 +86,12 @@ class CameraPaths:
         else:
             sigma = np.where(np.isfinite(sigma), sigma, keypoint_sigma(np.array(_UNKNOWN_SCORE)))
         self._sigma[slots, rows] = sigma
-        self._paths = JointPaths(self.times, self.positions, MAX_GAP)
-        self._half = max(float(np.median(np.diff(self.times))) / 2, 0.02)
+        super().__init__(times, self.positions, MAX_GAP)
+        self._half = max(float(np.median(np.diff(times))) / 2, 0.02)
 
-    def at(self, times: np.ndarray) -> np.ndarray:
-        """Return the points (S, N, K, 3) at N times [s]; NaN where there are none."""
-        return self._paths.at(times)
-
-    def velocity(self, times: np.ndarray) -> np.ndarray:
-        """Return how fast they move, (S, N, K, 3) [1/s]; 0 where that is not known."""
-        return np.nan_to_num(self._paths.velocity(times, self._half))
+    def motion(self, times: np.ndarray) -> np.ndarray:
+        """Return how fast the points move, (S, N, K, 3) [1/s]; 0 where that is not known."""
+        return np.nan_to_num(self.velocity(times, self._half))
 
     def sigma(self, times: np.ndarray) -> np.ndarray:
         """Return the error per axis of the points of the nearest frames, (S, N, K) [m], of rays that across them."""
