@@ -83,8 +83,7 @@ def _matched(distances: np.ndarray) -> np.ndarray:
 def _derivatives(points: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Return the derivatives (N, 3, 7) of rotation x points + translation - velocity lag."""
     rows = np.zeros((len(points), 3, 7))
-    for axis in range(3):
-        rows[:, :, axis] = np.cross(np.eye(3)[axis], points)
+    rows[:, :, :3] = np.cross(np.eye(3), points[:, np.newaxis]).transpose(0, 2, 1)
     rows[:, :, 3:6] = np.eye(3)
     rows[:, :, 6] = -velocity
     return rows

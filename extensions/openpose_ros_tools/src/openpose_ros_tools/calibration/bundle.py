@@ -247,6 +247,4 @@ def _deviations(problem: _Problem, state: _State) -> np.ndarray:
 
 def _cross(vectors: np.ndarray) -> np.ndarray:
     """Return the matrices (N, 3, 3) of the cross products with vectors (N, 3)."""
-    x, y, z = vectors.T
-    nothing = np.zeros_like(x)
-    return np.stack([nothing, -z, y, z, nothing, -x, -y, x, nothing], axis=1).reshape(-1, 3, 3)
+    return np.cross(np.eye(3), vectors[:, np.newaxis])

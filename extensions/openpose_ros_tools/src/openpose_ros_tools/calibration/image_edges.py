@@ -170,8 +170,7 @@ def _image_distances(pose: Transform, points: np.ndarray, there: np.ndarray) -> 
 
 def _epipolar_distances(pose: Transform, rays: np.ndarray, there: np.ndarray) -> np.ndarray:
     """Return the distances (S1, S2, N, K) of rays from the epipolar lines of the others (Sampson)."""
-    x, y, z = pose[1]
-    essential = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ pose[0]
+    essential = np.cross(np.eye(3), pose[1]) @ pose[0]
     lines, lines_there = (rays @ essential.T)[:, None], (there @ essential)[None]
     product = (lines * there[None]).sum(axis=4)
     slopes = (lines[..., :2] ** 2).sum(axis=4) + (lines_there[..., :2] ** 2).sum(axis=4)

@@ -57,13 +57,13 @@ def joint_title(joint: str) -> str:
     return joint.replace('_', ' ')
 
 
-def tidy_axes(axes: Any, xlabel: str = '', ylabel: str = '', grid: str = 'both') -> None:
-    """Give axes the look of this package: labels, a light grid ('x', 'y', 'both'), no frame at the top and right."""
+def tidy_axes(axes: Any, xlabel: str = '', ylabel: str = '') -> None:
+    """Give axes the look of this package: labels, a light grid, no frame at the top and right."""
     axes.set(xlabel=xlabel, ylabel=ylabel)
     for side in ('top', 'right'):
         axes.spines[side].set_visible(False)
     axes.set_axisbelow(True)
-    axes.grid(True, axis=grid, color='#E5E5E5', linewidth=0.7)
+    axes.grid(True, color='#E5E5E5', linewidth=0.7)
 
 
 def time_axis(axes: Any, span: Tuple[float, float]) -> None:

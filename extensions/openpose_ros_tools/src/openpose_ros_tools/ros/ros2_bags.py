@@ -27,11 +27,34 @@ _LATCHED = {'offered_qos_profiles': (
     'liveliness: 1, liveliness_lease_duration: {sec: 0, nsec: 0}, avoid_ros_namespace_conventions: false}')}
 
 
-class Ros2Recording:
-    """A recording of ROS 2 with the methods of `rosbag.Bag` that read.
+class LikeBag:
+    """What `rosbag.Bag` tells without its messages.
 
     Attributes:
         filename: path.
+    """
+
+    filename: str
+    _topics: Dict[str, Tuple[str, int]]  # type and number of messages
+    _start: float  # time of the first message [ns]
+    _end: float  # of the last one
+
+    def get_type_and_topic_info(self) -> Any:
+        """Return `topics`: type and number of messages."""
+        return SimpleNamespace(topics={topic: SimpleNamespace(msg_type=kind, message_count=count)
+                                       for topic, (kind, count) in self._topics.items()})
+
+    def get_start_time(self) -> float:
+        """Return the time of the first message [s]."""
+        return float(self._start / 1e9)
+
+    def get_end_time(self) -> float:
+        """Return the time of the last message [s]."""
+        return float(self._end / 1e9)
+
+
+class Ros2Recording(LikeBag):
+    """A recording of ROS 2 with the methods of `rosbag.Bag` that read.
 
     Raises:
         BadInputError: it can not be read, or rosbags is not installed.
@@ -43,25 +66,11 @@ class Ros2Recording:
         self._kinds: Dict[str, Tuple[Type[genpy.Message], Any]] = {}
         try:
             with self._reader() as reader:
-                self._store, self._connections = reader.typestore, _connections(reader)
-                self._start, self._end = reader.start_time, reader.end_time
+                self._store, self._start, self._end = reader.typestore, reader.start_time, reader.end_time
+                self._topics = {one.topic: (_ros1_name(one.msgtype), one.msgcount) for one in _connections(reader)}
         except Exception as error:  # rosbags lets through what its parsers of YAML, SQLite and MCAP raise
             raise BadInputError(f'{path} is no recording of ROS 2, or is damaged or unfinished ({error}); {MENDING}'
                                 ) from error
-
-    def get_type_and_topic_info(self) -> Any:
-        """Return `topics`: type and number of messages."""
-        return SimpleNamespace(topics={
-            one.topic: SimpleNamespace(msg_type=_ros1_name(one.msgtype), message_count=one.msgcount)
-            for one in self._connections})
-
-    def get_start_time(self) -> float:
-        """Return the time of the first message [s]."""
-        return float(self._start / 1e9)
-
-    def get_end_time(self) -> float:
-        """Return the time of the last message [s]."""
-        return float(self._end / 1e9)
 
     def read_messages(self, topics: Collection[str], start: Optional[genpy.Time], end: Optional[genpy.Time],
                       **_: bool) -> Iterator[Tuple[Any, ...]]:

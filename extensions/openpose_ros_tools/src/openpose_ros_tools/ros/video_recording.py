@@ -1,7 +1,6 @@
 """Videos with the methods of `rosbag.Bag` that read: their images, on the topics of the camera node."""
 from io import BytesIO
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, Collection, Iterator, Optional, Tuple
 
 import genpy
@@ -12,7 +11,7 @@ from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import bgr_to_image, calibration_to_message
 from openpose_ros_pkg.stream.video_source import VideoSource
-from openpose_ros_tools.ros.ros2_bags import header_of
+from openpose_ros_tools.ros.ros2_bags import LikeBag, header_of
 from skeleton_extract_3d.points.rgbd_folder import DEFAULT_START
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME
 from skeleton_extract_3d.points.stamps import SECOND
@@ -20,11 +19,8 @@ from skeleton_extract_3d.points.stamps import SECOND
 IMAGE, INFO = '/usb_cam/image_raw', '/usb_cam/camera_info'
 
 
-class VideoRecording:
+class VideoRecording(LikeBag):
     """A video; NAME.yaml beside NAME.mp4 is its calibration, as camera_calibration writes it.
-
-    Attributes:
-        filename: path.
 
     Raises:
         BadInputError: the video or the calibration can not be read, or the video names no rate.
@@ -35,22 +31,11 @@ class VideoRecording:
         video = VideoSource(self.filename)
         if video.rate is None:
             raise BadInputError(f'{path} does not say how many images it has per second')
-        self._period, self._count = SECOND / video.rate, max(video.count, 1)
+        self._period, count = SECOND / video.rate, max(video.count, 1)
+        self._start, self._end = DEFAULT_START, DEFAULT_START + (count - 1) * self._period
         self._calibration = read_calibration(beside) if beside.is_file() else None
-
-    def get_type_and_topic_info(self) -> Any:
-        """Return `topics`: type and number of messages."""
-        counts = {IMAGE: (Image, self._count), **({} if self._calibration is None else {INFO: (CameraInfo, 1)})}
-        return SimpleNamespace(topics={topic: SimpleNamespace(msg_type=kind._type, message_count=count)
-                                       for topic, (kind, count) in counts.items()})
-
-    def get_start_time(self) -> float:
-        """Return the time of the first message [s]."""
-        return DEFAULT_START / SECOND
-
-    def get_end_time(self) -> float:
-        """Return the time of the last message [s]."""
-        return (DEFAULT_START + (self._count - 1) * self._period) / SECOND
+        self._topics = {IMAGE: (Image._type, count),
+                        **({} if self._calibration is None else {INFO: (CameraInfo._type, 1)})}
 
     def read_messages(self, topics: Collection[str], start: Optional[genpy.Time], end: Optional[genpy.Time],
                       **_: bool) -> Iterator[Tuple[Any, ...]]:
