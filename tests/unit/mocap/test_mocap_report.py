@@ -40,9 +40,9 @@ def values(found):
 def test_a_report_can_be_read_without_another_file_and_gives_its_transform(found, values, tmp_path):
     write_report(tmp_path, found[1], values)
     place = json.loads((tmp_path / 'summary.json').read_text())['transform']
-    matrix = transform_of([*place['translation_m'], *place['quaternion_xyzw']])
-    np.testing.assert_allclose(matrix[:3, :3], found[0].rotation, atol=1e-8)
-    np.testing.assert_allclose(matrix[:3, 3], found[0].translation, atol=1e-8)
+    rotation, translation = transform_of([*place['translation_m'], *place['quaternion_xyzw']])
+    np.testing.assert_allclose(rotation, found[0].rotation, atol=1e-8)
+    np.testing.assert_allclose(translation, found[0].translation, atol=1e-8)
     page = (tmp_path / 'report.html').read_text()
     assert not re.findall(r'(?:src|href)="(?!data:)', page)
     assert 'a &amp; b.csv' in page and 'look at &lt;it&gt;' in page

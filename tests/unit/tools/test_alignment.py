@@ -23,12 +23,6 @@ def long_scene() -> Simulated:
     return simulate(walkers(40, 2, seed=3), seed=4, seen=(21, 28))
 
 
-def matrix(scene):
-    result = np.eye(4)
-    result[:3, :3], result[:3, 3] = scene.rotation, scene.translation
-    return result
-
-
 NOTHING_GIVEN = AlignmentParams()
 
 
@@ -70,7 +64,8 @@ def test_standard_deviations_are_those_of_the_errors():
 
 
 def test_what_is_given_is_kept(long_scene):
-    params = AlignmentParams(clock_offset=long_scene.clock_offset, transform=matrix(long_scene))
+    transform = long_scene.rotation, long_scene.translation
+    params = AlignmentParams(clock_offset=long_scene.clock_offset, transform=transform)
     both = align(long_scene.estimate.measured(), long_scene.reference, params)
     assert both.clock_offset == long_scene.clock_offset and both.speed_correlation is None
     np.testing.assert_array_equal(both.rotation, long_scene.rotation)
@@ -80,7 +75,7 @@ def test_what_is_given_is_kept(long_scene):
                   AlignmentParams(clock_offset=long_scene.clock_offset))
     assert errors(long_scene, clock)[1] < 0.1 and errors(long_scene, clock)[2] < 3
     place = align(long_scene.estimate.measured(), long_scene.reference,
-                  AlignmentParams(transform=matrix(long_scene)))
+                  AlignmentParams(transform=transform))
     assert errors(long_scene, place)[0] < 2
 
 

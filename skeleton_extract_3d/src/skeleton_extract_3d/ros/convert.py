@@ -295,7 +295,7 @@ def rotation_and_translation(transform: TransformStamped) -> Tuple[np.ndarray, n
 
 
 def transform_from_matrix(matrix: np.ndarray, header: Header, child_frame: str) -> TransformStamped:
-    """Return the transform of a (4, 4) matrix that takes points of child_frame to header.frame_id."""
+    """Return the transform of a (3, 4) or (4, 4) matrix that takes points of child_frame to header.frame_id."""
     matrix = np.asarray(matrix, np.float64)
     transform = TransformStamped(header=header, child_frame_id=child_frame)
     transform.transform.translation = Vector3(*matrix[:3, 3])

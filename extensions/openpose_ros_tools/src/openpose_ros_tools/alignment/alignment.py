@@ -20,6 +20,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.candidates import Observed, Solution, find_candidates, least_points, likely_lags
 from openpose_ros_tools.alignment.clock import MAX_GAP, Correlations, JointPaths, correlate_speeds, moving_speed
 from openpose_ros_tools.alignment.refinement import Refined, refine
+from skeleton_extract_3d.points.transform import Transform
 
 # Rows by which candidates are refined, and then the best one; steps of each.
 _REFINING_ROWS, _FINAL_ROWS, _REFINING_STEPS, _FINAL_STEPS = 3000, 20000, 8, 40
@@ -40,7 +41,7 @@ class AlignmentParams:
     """What is given, and how far is searched."""
 
     clock_offset: Optional[float] = None  # time of the reference minus that of the estimate [s]; None: to be found
-    transform: Optional[np.ndarray] = None  # (4, 4), from the camera's frame to the reference's; None: to be found
+    transform: Optional[Transform] = None  # from the camera's frame to the reference's; None: to be found
     max_clock_offset: Optional[float] = None  # that is searched, either way [s]; None: any
     use_sigma: bool = False  # weigh joints by 1 / sigma^2, as far as the estimate tells sigma
     clock_option: str = '--clock-offset'  # of the program, by which the user tells the clocks: for errors
@@ -91,7 +92,7 @@ def align(estimate: Any, reference: Any, params: AlignmentParams = AlignmentPara
     if params.clock_offset is None or params.transform is None:
         candidates = find_candidates(observed, paths, lags, params.transform)
     else:
-        candidates = [Solution(lags[0], params.transform[:3, :3], params.transform[:3, 3])]
+        candidates = [Solution(lags[0], *params.transform)]
     if not candidates:
         raise BadInputError('no joints of estimate and reference are seen at the same time'
                             + ' with the clock offset that was given' * (correlations is None))

@@ -7,6 +7,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.clock import Correlations, JointPaths
+from skeleton_extract_3d.points.transform import Transform
 
 _LEAST_POINTS = 30  # joints that a track must have in common with a subject, for a transform to be found
 _TUNING = 3.0  # a robust weight falls to 1/4 at this multiple of the median distance (Geman and McClure)
@@ -72,13 +73,13 @@ class Solution:
 
 
 def find_candidates(observed: Observed, paths: JointPaths, lags: List[float],
-                    transform: Optional[np.ndarray]) -> List[Solution]:
+                    transform: Optional[Transform]) -> List[Solution]:
     """Return the best solutions that pairs of track and subject suggest, for lags [s]; transform: if it is known."""
     some = observed.some(_ROWS)
     found: List[Solution] = []
     for lag in lags:
         truth = paths.at(some.times + lag)
-        transforms = _pair_transforms(some, truth) if transform is None else [(transform[:3, :3], transform[:3, 3])]
+        transforms = _pair_transforms(some, truth) if transform is None else [transform]
         for rotation, translation in transforms:
             distances = np.linalg.norm(truth - some.positions @ rotation.T - translation, axis=3)
             found.append(Solution(lag, rotation, translation, merit(distances, _GATE)))
@@ -122,7 +123,7 @@ def merit(distances: np.ndarray, gate: float) -> float:
     return float(np.nansum(np.maximum(0, 1 - (distances / gate) ** 2), axis=2).max(axis=0).sum())
 
 
-def rigid_transform(points: np.ndarray, truth: np.ndarray, weights: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+def rigid_transform(points: np.ndarray, truth: np.ndarray, weights: np.ndarray) -> Transform:
     """Return rotation (3, 3) and translation (3,) of points (N, 3) onto the truth by least weighted squares.
 
     Kabsch, Acta Crystallographica A32, 922 (1976); no mirror image, as in Umeyama, PAMI 13, 376 (1991). SciPy has it
@@ -141,7 +142,7 @@ def robust_weights(distances: np.ndarray) -> np.ndarray:
     return 1 / (1 + (distances / scale) ** 2) ** 2
 
 
-def _pair_transforms(observed: Observed, truth: np.ndarray) -> List[Tuple[np.ndarray, np.ndarray]]:
+def _pair_transforms(observed: Observed, truth: np.ndarray) -> List[Transform]:
     """Return the transforms of single tracks onto single subjects (S, R, K, 3), of the best fit and most joints."""
     pairs = []
     for track, subject in itertools.product(observed.longest_tracks(), range(len(truth))):

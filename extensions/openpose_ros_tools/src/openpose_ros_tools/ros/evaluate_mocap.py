@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Optional, Sequence, Tuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.command_options import command_parser, number, plain_path, seconds
@@ -34,6 +35,7 @@ from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from skeleton_extract_3d.points.transform import Transform
 
 # A rotation that was written with few digits still counts as one.
 _ROTATION_TOLERANCE = 1e-2
@@ -44,16 +46,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     return run_command('evaluate_mocap', lambda: _run(_parser().parse_args(arguments)))
 
 
-def transform_of(values: Sequence[float]) -> np.ndarray:
-    """Return the transform (4, 4) of x y z [m] qx qy qz qw; ParameterError: the quaternion is not of length 1."""
-    from scipy.spatial.transform import Rotation
+def transform_of(values: Sequence[float]) -> Transform:
+    """Return the transform of x y z [m] qx qy qz qw; ParameterError: the quaternion is not of length 1."""
     place, turn = np.split(np.array(values), [3])
     if not abs(np.linalg.norm(turn) - 1) < _ROTATION_TOLERANCE:
         raise ParameterError(f'--transform: the quaternion {turn.tolist()} has the length {np.linalg.norm(turn):g}, '
                              'expected 1')
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = Rotation.from_quat(turn).apply(np.eye(3)).T, place
-    return matrix
+    return Rotation.from_quat(turn).apply(np.eye(3)).T, place
 
 
 def read_poses(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:

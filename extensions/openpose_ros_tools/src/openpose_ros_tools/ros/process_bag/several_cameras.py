@@ -297,14 +297,9 @@ def _merge(rig: RigInput, bags: Sequence[Path], fused: Path, copied: Mapping[Pat
 def _write_rig(rig: RigInput, bag: rosbag.Bag, time: genpy.Time) -> None:
     if rig.rig is None:
         return
-    transforms = []
-    for camera in rig.cameras:
-        stands = rig.rig.camera(camera.camera)
-        matrix = np.eye(4)
-        matrix[:3, :3], matrix[:3, 3] = stands.pose
-        transforms.append(convert.transform_from_matrix(
-            matrix, Header(stamp=time, frame_id=rig.fixed_frame), stands.frame_id))
-    write_static_transforms(bag, transforms, time, 'process_bag')
+    header, stands = Header(stamp=time, frame_id=rig.fixed_frame), [rig.rig.camera(one.camera) for one in rig.cameras]
+    write_static_transforms(bag, [convert.transform_from_matrix(np.column_stack(one.pose), header, one.frame_id)
+                                  for one in stands], time, 'process_bag')
 
 
 def _copied(rig: RigInput, path: Path, wanted: Sequence[str]) -> Dict[str, str]:
