@@ -107,8 +107,7 @@ class Correlations:
 
     def correlation(self, pairs: List[Tuple[int, int]]) -> np.ndarray:
         """Return the correlation (L,) of some tracks with their subjects together, NaN where too little is common."""
-        chosen = tuple(zip(*pairs)) or ((), ())
-        tracks, subjects = list(chosen[0]), list(chosen[1])
+        tracks, subjects = np.array(pairs, int).reshape(-1, 2).T
         covariance, of_tracks, of_subjects, common = (
             values[tracks, subjects].sum(axis=0) for values in
             (self.covariance, self.track_variance, self.subject_variance, self.common))

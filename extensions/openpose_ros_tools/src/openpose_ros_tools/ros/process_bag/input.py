@@ -180,7 +180,7 @@ class FrameReader:
             if message.topic in inputs:
                 yield from self._frames_of(message)
         if self._matcher is not None:
-            yield from itertools.starmap(self._pair, self._matcher.finish())
+            yield from itertools.starmap(self._frame, self._matcher.finish())
             self.report.unusable += self._matcher.out_of_order
             self.report.resets = self._matcher.resets
             report = pairing_report(self._matcher) if 0 < min(self.report.alone) >= self._pairs else None
@@ -201,14 +201,11 @@ class FrameReader:
         else:
             pair = self._matcher.add(0 if is_image else 1, stored.stamp, part)
             if pair is not None:
-                yield self._pair(*pair)
-
-    def _pair(self, image: _Part, points: _Part) -> Union[RecordedFrame, BadInputError]:
-        self._pairs += 1
-        return self._frame(image, points)
+                yield self._frame(*pair)
 
     def _frame(self, image: _Part, points: Optional[_Part] = None) -> Union[RecordedFrame, BadInputError]:
         grid, points_header = None, None
+        self._pairs += points is not None
         try:
             bgr = any_image_to_bgr(image.message, self._most)
             if points is not None:
