@@ -96,7 +96,7 @@ def test_switched_missed_and_further_people():
     found = compare(table, reference([0, 0, 0], [2, 2, 2]), ALIGNED)
     assert found.subject[~found.found].tolist() == [1] and np.isnan(found.errors[~found.found]).all()
     values = summarize(found)
-    assert values['compared']['id_switches'] == 2 and found.extra_people == 1
+    assert values['compared']['id_switches'] == 2 and found.compared['people_without_reference'] == 1
     assert values['compared']['share_found'] == pytest.approx(5 / 6, abs=1e-4)
     # missed people count as wrong
     assert values['overall']['pck_150'] == pytest.approx(5 / 6, abs=1e-4)
@@ -109,7 +109,7 @@ def test_reference_is_interpolated_but_not_extrapolated():
     table = estimate([(frame, 1, 0.1 * frame) for frame in range(5)])
     truth = reference([0.05, 0.15, 0.25, 0.35], times=(0.05, 0.15, 0.25, 0.35))
     found = compare(table, truth, ALIGNED)
-    assert found.frames == 3 and found.frames_outside == 2
+    assert found.compared['frames'] == 3 and found.compared['frames_outside_reference'] == 2
     np.testing.assert_allclose(found.errors[:, NOSE], 0, atol=1e-6)
     truth.positions[0, 1] = np.nan
     gap = compare(table, truth, ALIGNED)
@@ -139,4 +139,5 @@ def test_joints_of_one_side_and_what_can_not_be_compared():
         compare(estimate([(0, 1, 3.0), (1, 1, 3.0)]), reference([0.0, 0.0]), ALIGNED)
     truth.positions[:, :, NOSE] = np.nan
     found = compare(moved(table, slice(None), WRIST, np.nan, MISSING), truth, ALIGNED)
-    assert found.only_reference == ('right_wrist',) and found.only_estimate == ('nose',)
+    assert found.compared['joints_only_in_reference'] == ['right_wrist']
+    assert found.compared['joints_only_in_estimate'] == ['nose']

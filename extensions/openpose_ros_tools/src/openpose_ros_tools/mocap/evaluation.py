@@ -1,6 +1,6 @@
 """Errors of people against aligned motion capture: the subject of each track, and the distances of its joints."""
 from dataclasses import dataclass
-from typing import Dict, Tuple
+from typing import Any, Dict, Tuple
 
 import numpy as np
 import pandas as pd
@@ -35,13 +35,7 @@ class Comparison:
     status: np.ndarray  # (N, K) uint8 of the estimate
     sigma: np.ndarray  # (N, K) [m]
     truth: np.ndarray  # (N, K, 3)
-    frames: int  # frames compared: those with people within the reference's time
-    frames_outside: int  # frames of the estimate outside it, which do not count
-    # frames between them without people, which do not count: a table of people does not tell them from dropped frames
-    frames_empty: int
-    extra_people: int  # rows of the estimate that are near no subject
-    only_reference: Tuple[str, ...]  # joints that the estimate has not
-    only_estimate: Tuple[str, ...]  # joints that the reference has not
+    compared: Dict[str, Any]  # numbers of frames and people, and joints, by their names in summary.json
 
     @property
     def errors(self) -> np.ndarray:
@@ -88,18 +82,24 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
     if not found.any():
         raise BadInputError(f'no person of the estimate is within {_GATE:g} m of a subject of the reference')
     positions = np.where(found[:, None, None], positions[row], np.nan)
-    steps = np.diff(stamps[inside])
+    steps, names, truth = np.diff(stamps[inside]), np.array(MESSAGE_JOINTS), truth[subject, frame]
+    # frames without people do not count: a table of people does not tell them from dropped frames
+    empty = int(np.maximum(np.rint(steps / np.median(steps)) - 1, 0).sum()) if len(steps) else 0
+    tracks = pd.Series(estimate.ids[row][found]).groupby(subject[found])
     return Comparison(
-        joints=tuple(MESSAGE_JOINTS[joint] for joint in joints), subjects=tuple(reference.subjects),
-        times=stamps[frame], subject=subject, found=found,
-        track=np.where(found, estimate.ids[row], -1), estimate=positions, truth=truth[subject, frame],
+        joints=tuple(names[joints].tolist()), subjects=tuple(reference.subjects), times=stamps[frame], subject=subject,
+        found=found, track=np.where(found, estimate.ids[row], -1), estimate=positions, truth=truth,
         status=np.where(np.isfinite(positions).all(axis=2), estimate.status[row][:, joints], MISSING),
         sigma=np.where(found[:, None], estimate.sigma[row][:, joints], np.nan).astype(np.float64),
-        frames=int(inside.sum()), frames_outside=int((~inside).sum()),
-        frames_empty=int(np.maximum(np.rint(steps / np.median(steps)) - 1, 0).sum()) if len(steps) else 0,
-        extra_people=int(inside[frame_of].sum() - found.sum()),
-        only_reference=tuple(np.array(MESSAGE_JOINTS)[theirs & ~ours].tolist()),
-        only_estimate=tuple(np.array(MESSAGE_JOINTS)[ours & ~theirs].tolist()))
+        compared={
+            'frames': int(inside.sum()), 'frames_outside_reference': int((~inside).sum()),
+            'frames_without_people_or_dropped': empty, 'people_found': int(found.sum()),
+            'people_missed': int((~found).sum()), 'share_found': round(float(found.mean()), 5),
+            'people_without_reference': int(inside[frame_of].sum() - found.sum()),
+            'id_switches': sum(int((np.diff(ids) != 0).sum()) for _, ids in tracks),
+            'joint_samples': int(np.isfinite(positions - truth).all(axis=2).sum()), 'joints': names[joints].tolist(),
+            'joints_only_in_reference': names[theirs & ~ours].tolist(),
+            'joints_only_in_estimate': names[ours & ~theirs].tolist()})
 
 
 def _matches(frames: np.ndarray, frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray) -> np.ndarray:

@@ -19,23 +19,15 @@ Figures = Dict[str, Any]
 
 def summarize(comparison: Comparison) -> Figures:
     """Return all figures of a comparison, ready for JSON: lengths in mm, shares 0..1, None where there is no data."""
-    table, found = comparison.table(), comparison.found
-    people = pd.DataFrame({'subject': comparison.subject, 'track': comparison.track, 'found': found})
+    table = comparison.table()
+    people = pd.DataFrame({'subject': comparison.subject, 'track': comparison.track, 'found': comparison.found})
     subjects = {}
     for number, of_subject in people.groupby('subject'):
         name, tracks = comparison.subjects[number], of_subject.track[of_subject.found]
         subjects[name] = dict(_figures(table[table.subject == name]), frames_found=len(tracks),
                               frames_missed=len(of_subject) - len(tracks), tracks=sorted(set(tracks.tolist())))
     return {
-        'compared': {
-            'frames': comparison.frames, 'frames_outside_reference': comparison.frames_outside,
-            'frames_without_people_or_dropped': comparison.frames_empty, 'people_found': int(found.sum()),
-            'people_missed': int((~found).sum()), 'share_found': number_or_none(found.mean()),
-            'people_without_reference': comparison.extra_people,
-            'id_switches': sum(int((np.diff(ids) != 0).sum()) for _, ids in people[found].groupby('subject').track),
-            'joint_samples': int(table.error.count()), 'joints': list(comparison.joints),
-            'joints_only_in_reference': list(comparison.only_reference),
-            'joints_only_in_estimate': list(comparison.only_estimate)},
+        'compared': comparison.compared,
         'overall': _figures(table),
         'joints': {joint: _figures(table[table.joint == joint]) for joint in comparison.joints},
         'subjects': subjects,
