@@ -102,12 +102,9 @@ def _body(known: Dict[str, Tuple[np.ndarray, np.ndarray]], pelvis: np.ndarray, v
             for joint in limb if joint in known})
     if 'nose' in known and any(ear in known for ear in _EARS):
         links['head'] = Pose(np.mean([places[ear] for ear in _EARS if ear in known], axis=0), known['nose'][1])
-    return BodyPose(root, {link: _within(root, pose) for link, pose in links.items() if link != 'body'},
-                    _angles(places, links), velocities.astype(np.float64).mean(axis=0))
-
-
-def _within(root: Pose, pose: Pose) -> Pose:
-    return Pose(root.rotation.T @ (pose.position - root.position), root.rotation.T @ pose.rotation)
+    within = {link: Pose(pelvis.T @ (pose.position - root.position), pelvis.T @ pose.rotation)
+              for link, pose in links.items() if link != 'body'}
+    return BodyPose(root, within, _angles(places, links), velocities.astype(np.float64).mean(axis=0))
 
 
 def _angles(places: Dict[str, np.ndarray], links: Dict[str, Pose]) -> Dict[str, float]:

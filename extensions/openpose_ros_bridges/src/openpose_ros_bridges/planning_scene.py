@@ -14,7 +14,8 @@ class Solid(NamedTuple):
     """A capsule in space."""
 
     centre: np.ndarray  # (3,) [m]
-    orientation: np.ndarray  # (4,) unit quaternion x, y, z, w: z along its axis
+    ends: np.ndarray  # (2, 3) of its axis [m]
+    orientation: np.ndarray  # (4,) unit quaternion x, y, z, w: the shortest turn of z to its axis
     length: float  # of the axis [m]
     radius: float  # [m]
 
@@ -29,13 +30,9 @@ def solids_of(capsules: Capsules, sigmas: float) -> Dict[str, Solid]:
     lengths = np.linalg.norm(axes, axis=1)
     radii = capsules.radii + sigmas * capsules.known_sigma.max(axis=1, initial=0.0)
     names = (f'person_{person}_{PARTS[part]}' for person, part in zip(capsules.persons, capsules.parts))
-    return {name: Solid(centre, orientation, float(length), float(radius)) for name, centre, orientation, length, radius
-            in zip(names, capsules.ends.mean(axis=1), _turns(axes, lengths), lengths, radii)}
-
-
-def _turns(axes: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Return the shortest turns of z to directions (N, 3), (N, 4) unit quaternions x, y, z, w."""
     x, y, z = (axes / np.where(lengths > 0, lengths, 1.0)[:, np.newaxis]).T
     turns = np.stack((-y, x, np.zeros_like(x), 1 + z), axis=-1)
     turns[1 + z < 1e-9] = (1.0, 0.0, 0.0, 0.0)  # straight down
-    return np.asarray(turns / np.linalg.norm(turns, axis=1, keepdims=True))
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    return dict(zip(names, map(Solid, capsules.ends.mean(axis=1), capsules.ends, turns, lengths.tolist(),
+                               radii.tolist())))

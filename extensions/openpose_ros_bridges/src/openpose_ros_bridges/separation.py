@@ -207,7 +207,10 @@ class SeparationEstimator:
         known, missing = known_parts(people, self._capsules, self._body), self._reaches_of(people)
         parts = self._rows(known, np.where(known.measured, MEASURED, INFERRED), known.radii, stamp).and_of(
             self._rows(missing, np.full(len(missing), MISSING), np.zeros(len(missing)), stamp))
-        reaches = self._reaches_of(_measured(people))
+        other = people.status != MEASURED
+        reaches = self._reaches_of(replace(
+            people, xyz=np.where(other[..., np.newaxis], np.nan, people.xyz),
+            status=np.where(other, MISSING, people.status), sigma=np.where(other, np.nan, people.sigma)))
         around = self._rows(reaches, np.full(len(reaches), MEASURED), np.zeros(len(reaches)), stamp)
         by_part = {key: row for row, key in enumerate(zip(around.persons.tolist(), around.parts.tolist()))}
         own = np.array([by_part.get(key, -1) for key in zip(parts.persons.tolist(), parts.parts.tolist())], int)
@@ -230,13 +233,6 @@ class SeparationEstimator:
             capsules.persons, capsules.parts, status, np.full(len(capsules), stamp), capsules.ends,
             capsules.radii, skins, capsules.known_sigma * error, speeds,
             np.where(moves[..., np.newaxis], capsules.velocity, 0.0), self._swings[capsules.points])
-
-
-def _measured(people: People3D) -> People3D:
-    """Return people with their MEASURED joints only."""
-    other = people.status != MEASURED
-    return replace(people, xyz=np.where(other[..., np.newaxis], np.nan, people.xyz),
-                   status=np.where(other, MISSING, people.status), sigma=np.where(other, np.nan, people.sigma))
 
 
 def unknown(reason: str, age: float = math.nan) -> Separation:

@@ -1,6 +1,6 @@
 """What comes and goes with bodies: their topics, and their robot models on the parameter server."""
 import time
-from typing import Any, Callable, Dict, List, Sequence, Tuple
+from typing import Any, Callable, Dict, Sequence, Tuple
 
 import genpy
 import rospy
@@ -79,10 +79,10 @@ class HumanDescriptions:
         """Delete the models of all bodies."""
         self.forget(list(self._lengths))
 
-    def _call(self, calls: Sequence[Tuple[Any, ...]]) -> List[Any]:
-        """Return the values of calls of the master; none where it does not answer."""
+    def _call(self, calls: Sequence[Tuple[Any, ...]]) -> bool:
+        """Call the master; return whether it answers."""
         try:
-            return [value for _, _, value in call_master(calls)]
+            return bool(call_master(calls))
         except CALL_ERRORS as error:
             self._health.warn('no human_description', f'the ROS master does not answer ({error})')
-            return []
+            return False

@@ -83,7 +83,7 @@ class _Publisher:
         self._lock, self._is_shut_down = threading.Lock(), False
         self._input = None if output.end is None else InputEnd(self._end)
         if output.end is not None:
-            rospy.on_shutdown(self._shut_down)
+            rospy.on_shutdown(lambda: self._end(shut_down=True))
 
     def publish(self, messages: Tuple[genpy.Message, ...]) -> None:
         """Convert and publish messages of the inputs."""
@@ -108,10 +108,8 @@ class _Publisher:
                 if result is not None:
                     self._topic.publish(result)
             self._is_shut_down |= shut_down
-
-    def _shut_down(self) -> None:
-        self._end(shut_down=True)
-        time.sleep(_FLUSH_TIME)
+        if shut_down:
+            time.sleep(_FLUSH_TIME)
 
 
 class Bridge:

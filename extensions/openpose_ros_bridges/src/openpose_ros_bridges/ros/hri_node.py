@@ -4,7 +4,7 @@ from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Type
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Point, PointStamped, Quaternion, TransformStamped, TwistStamped, Vector3
+from geometry_msgs.msg import Point, PointStamped, TransformStamped, TwistStamped, Vector3
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray, PersonSignalsArray
 from sensor_msgs.msg import CameraInfo, JointState
 from std_msgs.msg import Bool, Float32, Header, String
@@ -25,7 +25,6 @@ from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_signals.ros.input_end import InputEnd
-from skeleton_extract_3d.points.transform import quaternions
 from skeleton_extract_3d.ros import convert
 
 BODIES, PERSONS = '/humans/bodies', '/humans/persons'
@@ -168,19 +167,11 @@ def transforms_of(name: str, body: BodyPose, links: Mapping[str, Pose], header: 
     """Return the frames of a body: its root in that of the people, its links in the root; and that of the person."""
     root = f'body_{name}'
     below = Header(stamp=header.stamp, frame_id=root)
-    transforms = [_transform(header, root, body.root)]
-    transforms += [_transform(below, f'{link}_{name}', pose) for link, pose in links.items()]
-    head: Optional[Pose] = body.links.get('head')
-    if params.persons and head is not None:
-        transforms.append(_transform(below, f'person_{person_of(name)}', head))
-    return transforms
-
-
-def _transform(header: Header, child: str, pose: Pose) -> TransformStamped:
-    transform = TransformStamped(header=header, child_frame_id=child)
-    transform.transform.translation = Vector3(*pose.position.tolist())
-    transform.transform.rotation = Quaternion(*quaternions(pose.rotation[np.newaxis])[0].tolist())
-    return transform
+    poses = [(header, root, body.root), *((below, f'{link}_{name}', pose) for link, pose in links.items())]
+    if params.persons and 'head' in body.links:
+        poses.append((below, f'person_{person_of(name)}', body.links['head']))
+    return [convert.transform_from_matrix(np.column_stack([pose.rotation, pose.position]), frame, child)
+            for frame, child, pose in poses]
 
 
 def main() -> None:

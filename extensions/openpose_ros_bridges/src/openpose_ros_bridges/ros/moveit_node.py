@@ -5,7 +5,6 @@ import genpy
 import numpy as np
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from openpose_ros_msgs.msg import PersonDetection_3dArray
-from scipy.spatial.transform import Rotation
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -72,8 +71,8 @@ class PlanningSceneMessages:
         markers = self.no_markers(header).markers
         for number, solid in enumerate(solids.values()):
             width = 2 * solid.radius
-            for sort, (pose, kind, height) in enumerate(((_pose(solid), Marker.CYLINDER, solid.length),
-                                                         *((end, Marker.SPHERE, width) for end in _ends(solid)))):
+            balls = ((Pose(Point(*end), _NO_TURN), Marker.SPHERE, width) for end in solid.ends.tolist())
+            for sort, (pose, kind, height) in enumerate(((_pose(solid), Marker.CYLINDER, solid.length), *balls)):
                 markers.append(Marker(header=header, ns='people', id=3 * number + sort, type=kind, pose=pose,
                                       scale=Vector3(width, width, height), color=_COLOUR))
         return MarkerArray(markers)
@@ -112,12 +111,6 @@ class PlanningSceneMessages:
 
 def _pose(solid: Solid) -> Pose:
     return Pose(Point(*solid.centre.tolist()), Quaternion(*solid.orientation.tolist()))
-
-
-def _ends(solid: Solid) -> List[Pose]:
-    """Return where the axis of a capsule ends."""
-    along = Rotation.from_quat(solid.orientation).apply((0.0, 0.0, solid.length / 2))
-    return [Pose(Point(*(solid.centre + side * along).tolist()), _NO_TURN) for side in (-1, 1)]
 
 
 def outputs(params: MoveitParams) -> Sequence[Output]:
