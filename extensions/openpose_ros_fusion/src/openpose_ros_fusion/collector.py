@@ -87,7 +87,10 @@ class Collector:
                 return []
             self._last = float('-inf')
         if self._last == float('-inf') and self._opened is None:
-            self._begin(now)
+            # forget what came before, and expect a message of every camera
+            for each in self._cameras.values():
+                each.pending, each.stamp, each.arrival, each.period = None, float('-inf'), now, 0.0
+            self._past.clear()
         if camera.pending is not None:
             if camera.pending.stamp > self._last:
                 updates.append(self._flush(now))
@@ -126,12 +129,6 @@ class Collector:
             return True
         step, elapsed = stamp - self._last, now - self._updated
         return -self._constants.silent <= step <= self._constants.silent + max(elapsed, 0.0)
-
-    def _begin(self, now: float) -> None:
-        """Forget what came before, and expect a message of every camera."""
-        for camera in self._cameras.values():
-            camera.pending, camera.stamp, camera.arrival, camera.period = None, float('-inf'), now, 0.0
-        self._past.clear()
 
     @property
     def _newest(self) -> float:

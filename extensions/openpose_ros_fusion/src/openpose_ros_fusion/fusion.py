@@ -1,6 +1,6 @@
 """One set of people out of what several cameras see: the order of all steps."""
 import itertools
-from typing import Dict, Iterator, Mapping, Optional, Sequence
+from typing import Dict, Mapping, Sequence
 
 import numpy as np
 
@@ -18,15 +18,12 @@ from skeleton_extract_3d.people import MISSING, People3D
 class PeopleFusion:
     """Tracks people with several cameras; not thread-safe.
 
-    Args:
-        ids: where new people's ids come from; None: 1, 2, 3, ...
-
     Attributes:
         known: ids of the fused people by the persons of the cameras.
     """
 
-    def __init__(self, ids: Optional[Iterator[int]] = None, constants: FusionConstants = FUSION) -> None:
-        self._ids = itertools.count(FIRST_ID) if ids is None else ids
+    def __init__(self, constants: FusionConstants = FUSION) -> None:
+        self._ids = itertools.count(FIRST_ID)
         self._constants, self._offsets = constants, KeypointOffsets(constants.shape)
         self._tracks = Tracks.empty(0.0)
         self.known: Mapping[CameraPerson, int] = {}

@@ -161,7 +161,11 @@ def place_by_size(tracks: Tracks, matches: Matches, constants: FusionConstants) 
             shift = shift_onto_rays(body, sighting, person, constants)
             if shift is not None:
                 distance = float(np.linalg.norm(np.nanmean(body, axis=0) + shift - sighting.origin))
-                tracks = _moved(tracks, row, body + shift, (constants.single_view.size_error * distance) ** 2)
+                most = (constants.single_view.size_error * distance) ** 2
+                share = np.minimum(most / np.maximum(tracks.covariance[row, :, :1], 1e-12), 1.0)
+                # the body moves as one
+                tracks = tracks.placed(row, body + shift, tracks.velocities[row].mean(axis=0),
+                                       tracks.covariance[row] * np.hstack([share, share, np.ones_like(share)]))
     return tracks
 
 
@@ -198,15 +202,3 @@ def shift_onto_rays(joints: np.ndarray, sighting: Sighting, person: int, constan
         left = np.linalg.norm(np.einsum('kij,kj->ki', across, offsets - shift), axis=1)
         weights = 1 / (1 + (left / constants.association.same_place) ** 2)
     return shift
-
-
-def _moved(tracks: Tracks, row: int, joints: np.ndarray, most: float) -> Tracks:
-    """Return the tracks, with one of them at joints (18, 3) [m], and the variance of its positions [m^2] at most.
-
-    The body moves as one: velocities of its joints are the mean of what they were.
-    """
-    chosen = (np.arange(len(tracks)) == row)[:, np.newaxis, np.newaxis]
-    share = np.minimum(most / np.maximum(tracks.covariance[row, :, :1], 1e-12), 1.0)
-    return replace(tracks, positions=np.where(chosen, joints, tracks.positions),
-                   velocities=np.where(chosen, tracks.velocities[row].mean(axis=0), tracks.velocities),
-                   covariance=np.where(chosen & [True, True, False], share * tracks.covariance, tracks.covariance))

@@ -1,6 +1,6 @@
 """Tracks of fused people: each joint moves at a constant velocity, disturbed by an acceleration."""
 from dataclasses import dataclass, replace
-from typing import Iterator
+from typing import Iterator, Union
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from skeleton_extract_3d.track.joint_filter import drifted
 from skeleton_extract_3d.track.tracks import Rows
 
 _JOINTS = len(COCO_18.joints)
+# Covariance of a joint whose motion is not known, see `Tracks`.
+_UNKNOWN = np.array([1.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,17 +58,18 @@ class Tracks(Rows):
     def begun(cls, stamp: float, ids: Iterator[int], positions: np.ndarray) -> 'Tracks':
         """Return new tracks of adults at positions (N, 18, 3) [m], with the next ids; their joints are unsure."""
         number, times = len(positions), np.full(len(positions), stamp)
-        unknown = np.broadcast_to((1.0, 0.0, 0.0), positions.shape)
+        unknown = np.broadcast_to(_UNKNOWN, positions.shape)
         return cls(stamp, Sizes.assumed(np.full(number, BODY.adult_stature)),
                    np.array([next(ids) for _ in positions], np.int64), positions, np.zeros(positions.shape), unknown,
                    np.ones(positions.shape[:2]), np.zeros(number), times, times, np.zeros(number, np.int64))
 
-    def placed(self, row: int, joints: np.ndarray) -> 'Tracks':
-        """Return these tracks, with one of them at other joints (18, 3) [m], and its motion unknown."""
+    def placed(self, row: int, joints: np.ndarray, velocity: Union[float, np.ndarray] = 0.0,
+               covariance: np.ndarray = _UNKNOWN) -> 'Tracks':
+        """Return these tracks, with one of them at other joints (18, 3) [m], and its motion unknown or as given."""
         chosen = (np.arange(len(self)) == row)[:, np.newaxis, np.newaxis]
         return replace(self, positions=np.where(chosen, joints, self.positions),
-                       velocities=np.where(chosen, 0.0, self.velocities),
-                       covariance=np.where(chosen, (1.0, 0.0, 0.0), self.covariance))
+                       velocities=np.where(chosen, velocity, self.velocities),
+                       covariance=np.where(chosen, covariance, self.covariance))
 
     @property
     def assumed_positions(self) -> np.ndarray:

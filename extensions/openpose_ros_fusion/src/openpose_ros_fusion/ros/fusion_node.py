@@ -45,7 +45,7 @@ class PeopleFusionNode:
         self._fixed_frame = params.fixed_frame if rig is None else rig.fixed_frame
         self._health, self._timing = Health(), TimingReport(STAGES, result='total')
         self._arrived = threading.Condition()
-        self._fusion = PeopleFusion(constants=constants)
+        self._fusion = PeopleFusion(constants)
         self._collector = Collector(params.names, constants.collector)
         self._judge = CameraJudge(params.names, constants.cameras)
         # the judge is the fusion thread's; diagnostics read this, which is replaced and never changed

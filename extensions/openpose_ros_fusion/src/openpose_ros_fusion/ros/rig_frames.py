@@ -40,10 +40,9 @@ def missing_frames(fixed_frame: str, cameras: Sequence[Tuple[RigCamera, str]], k
                                            for start in (frame, fixed_frame))
         if root != top:
             rotation, translation = camera.pose
-            matrix = np.eye(4)
-            matrix[:3, :3] = rotation @ turn.T
-            matrix[:3, 3] = translation - matrix[:3, :3] @ shift
-            missing[root] = transform_from_matrix(matrix, Header(frame_id=fixed_frame), root)
+            rotation = rotation @ turn.T
+            missing[root] = transform_from_matrix(np.column_stack([rotation, translation - rotation @ shift]),
+                                                  Header(frame_id=fixed_frame), root)
     return missing
 
 
