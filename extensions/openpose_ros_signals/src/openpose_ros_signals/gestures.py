@@ -116,7 +116,10 @@ def _wave(view: View) -> float:
     run = _newest_run(view.arms, lambda one: one.fore[2] > 0)
     if not run:
         return 0.0
-    wrists = _smoothed(run, np.array([one.wrist for one in run]), constants.smooth)
+    stamps = np.array([one.stamp for one in run])
+    # without noise, whatever the rate of the frames
+    near = np.abs(stamps[:, np.newaxis] - stamps) <= constants.smooth + TICK
+    wrists = near @ np.array([one.wrist for one in run]) / near.sum(axis=1)[:, np.newaxis]
     ends = turns(wrists[:, 0], constants.wave[0] / 2)
     if not _is_swinging(run, ends, constants):
         return 0.0
@@ -229,13 +232,6 @@ def turns(values: np.ndarray, least_way: float) -> List[int]:
             ends.append(low)
             rising, high = 1, row
     return [*ends, high if rising > 0 else low]
-
-
-def _smoothed(run: Sequence[Arm], values: np.ndarray, smooth: float) -> np.ndarray:
-    """Return values (N, ...) of an arm over time without their noise, whatever the rate of the frames."""
-    stamps = np.array([arm.stamp for arm in run])
-    near = np.abs(stamps[:, np.newaxis] - stamps) <= smooth + TICK
-    return np.asarray(near @ values / near.sum(axis=1).reshape(-1, *(1,) * (values.ndim - 1)))
 
 
 def _is_swinging(run: Sequence[Arm], ends: List[int], constants: SwingConstants) -> bool:

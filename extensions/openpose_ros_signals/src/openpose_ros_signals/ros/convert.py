@@ -72,7 +72,9 @@ def _person_to_message(person: records.PersonSignals, header: Header) -> msg.Per
     return msg.PersonSignals(
         header=header, person_ID=max(person.id, 0), position=Point(*person.place), posture=person.posture.name,
         posture_since=_time(person.posture.since), posture_confidence=person.posture.confidence,
-        gestures=[_gesture_to_message(gesture) for gesture in person.gestures], hidden_arms=list(person.hidden_arms),
+        gestures=[msg.PersonGesture(gesture.name, gesture.arm, _time(gesture.since), gesture.confidence,
+                                    [] if gesture.pointing is None else [_pointing_to_message(gesture.pointing)])
+                  for gesture in person.gestures], hidden_arms=list(person.hidden_arms),
         body_facing=Vector3(*body.direction), body_facing_sigma=body.sigma,
         head_facing=Vector3(*head.direction), head_facing_sigma=head.sigma,
         moving=walk.moving, speed=walk.speed, walking_direction=Vector3(*walk.direction),
@@ -88,21 +90,12 @@ def _person_from_message(message: msg.PersonSignals) -> records.PersonSignals:
     return records.PersonSignals(
         message.person_ID, _array(message.position),
         records.Posture(message.posture, _seconds(message.posture_since), message.posture_confidence),
-        tuple(_gesture_from_message(gesture) for gesture in message.gestures),
+        tuple(records.Gesture(gesture.name, gesture.arm, _seconds(gesture.since), gesture.confidence,
+                              _pointing_from_message(gesture.pointing[0]) if gesture.pointing else None)
+              for gesture in message.gestures),
         _facing(message.body_facing, message.body_facing_sigma),
         _facing(message.head_facing, message.head_facing_sigma), None if np.isnan(message.speed) else walk,
         fall if message.fallen else None, tuple(message.hidden_arms), None if np.isnan(place.x) else floor)
-
-
-def _gesture_to_message(gesture: records.Gesture) -> msg.PersonGesture:
-    return msg.PersonGesture(
-        name=gesture.name, arm=gesture.arm, since=_time(gesture.since), confidence=gesture.confidence,
-        pointing=[] if gesture.pointing is None else [_pointing_to_message(gesture.pointing)])
-
-
-def _gesture_from_message(message: msg.PersonGesture) -> records.Gesture:
-    pointing = _pointing_from_message(message.pointing[0]) if message.pointing else None
-    return records.Gesture(message.name, message.arm, _seconds(message.since), message.confidence, pointing)
 
 
 def _pointing_to_message(ray: records.Pointing) -> msg.PersonPointing:

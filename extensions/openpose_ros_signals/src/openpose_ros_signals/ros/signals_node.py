@@ -1,6 +1,6 @@
 """The node of signals: people in space to what they do, with markers."""
 from pathlib import Path
-from typing import Any, List, Optional, Sequence, Type
+from typing import Any, Optional, Sequence, Type
 
 import numpy as np
 import rospy
@@ -131,8 +131,11 @@ class SignalsNode:
         up = self._upwards if floor is None else floor[:3]
         header = Header(stamp=message.header.stamp, frame_id=self._frame(message.header))
         people = transform_people(convert.people_from_array(message), *pose)
-        around = Surroundings(tuple(self._known_targets(header)), floor)
-        persons = self._reader.update(people, header.stamp.to_sec(), up, around, self._landmarks(message.header, pose))
+        # targets that tf does not know are left out
+        moves = [(target, self._frames.known(target.frame_id, header)) for target in self._targets]
+        targets = tuple(Target(target.name, move[0] @ target.position + move[1]) for target, move in moves if move)
+        persons = self._reader.update(people, header.stamp.to_sec(), up, Surroundings(targets, floor),
+                                      self._landmarks(message.header, pose))
         array = signals_to_array(persons, header)
         self._array.publish(array)
         self._poses.publish(poses_of(array))
@@ -140,8 +143,9 @@ class SignalsNode:
             self._persons.publish(person)
         poses = [self._frames.known(zone.frame_id, header) for zone in self._zones]
         zones = self._zone_watch.update(people, header.stamp.to_sec(), poses)
-        present = nearest_first(self._reader.present, self._robot(header, pose, up), up)
-        self._present = summary_to_message(present, zones, header, self._params.robot_frame)
+        robot_frame = self._params.robot_frame
+        robot = self._frames.known(robot_frame, header) if robot_frame else forward_view(pose, up)
+        self._present = summary_to_message(nearest_first(self._reader.present, robot, up), zones, header, robot_frame)
         self._input.heard()
         self._summary.publish(self._present)
         if self._shown.get_num_connections() > 0:
@@ -156,17 +160,6 @@ class SignalsNode:
             self._turned = frame
             self._broadcaster.sendTransform(convert.upright_transform(header))
         return frame
-
-    def _robot(self, header: Header, camera: Transform, up: np.ndarray) -> Optional[Transform]:
-        """Return what takes points of the robot, x forwards, to the frame of a header; None: tf does not know it."""
-        if self._params.robot_frame:
-            return self._frames.known(self._params.robot_frame, header)
-        return forward_view(camera, up)
-
-    def _known_targets(self, header: Header) -> List[Target]:
-        """Return where the targets are now; those that tf does not know are left out."""
-        poses = [(target, self._frames.known(target.frame_id, header)) for target in self._targets]
-        return [Target(target.name, pose[0] @ target.position + pose[1]) for target, pose in poses if pose is not None]
 
     def _landmarks(self, header: Header, pose: Transform) -> Optional[Landmarks3D]:
         hands, faces, none = self._hands.near(header), self._faces.near(header), Landmarks3D.empty()
