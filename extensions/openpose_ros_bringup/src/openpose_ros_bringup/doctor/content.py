@@ -113,7 +113,9 @@ def check_registration(seen: Snapshot) -> Iterator[Finding]:
         else:
             faults = _registration_faults(camera, points, seen)
             for fault in faults[:1]:  # those that follow are consequences of the first
-                yield wrong(f'{points.topic}: {fault}', _line_of_registration(camera, points, seen))
+                yield wrong(f'{points.topic}: {fault}', other_topic_line(camera, points, seen, registered=True)
+                            or camera.driver or f'rostopic echo -n 1 --noarr {points.topic}    # '
+                                                'depth_image_proc/register registers depth images')
             if not faults:
                 yield right(f'{points.topic} has the view and frame of {camera.image.topic}')
 
@@ -137,8 +139,3 @@ def _registration_faults(camera: Camera, points: Stream, seen: Snapshot) -> List
     if node is not None and 'people do not fit the depth' in node.text:
         faults.append(node.text)
     return faults
-
-
-def _line_of_registration(camera: Camera, points: Stream, seen: Snapshot) -> str:
-    other = other_topic_line(camera, points, seen, registered=True) or camera.driver
-    return other or f'rostopic echo -n 1 --noarr {points.topic}    # depth_image_proc/register registers depth images'

@@ -122,8 +122,14 @@ class _Scene:
         people.unsubscribe()
         cameras.unsubscribe()
         own = newest['people'].header.frame_id
-        frame = self._connected(params.fixed_frame or (WORLD if params.floor else own), own)
-        optical = _optical_frames(newest.get('cameras')) or [own]
+        frame = params.fixed_frame or (WORLD if params.floor else own)
+        if not _await(lambda: self._pose(frame, own) is not None, _PATIENCE):
+            rospy.logwarn("tf does not connect '%s' with '%s', the frame of the people, which is shown in its place",
+                          frame, own)
+            frame = own
+        seen = newest.get('cameras')
+        sources = [] if seen is None else seen.cameras if fused else [seen.header]
+        optical = [each.frame_id for each in sources if each.frame_id] or [own]  # some cameras may have sent nothing
         poses = [self._pose(frame, each) for each in optical]
         turned = _OPTICAL in frame or (not fused and frame in optical)
         turn = UPRIGHT.T if turned else np.eye(3)
@@ -135,14 +141,6 @@ class _Scene:
         self.cameras = self.cameras or [LEVEL]
         self._transforms.stop()
 
-    def _connected(self, frame: str, own: str) -> str:
-        """Return a frame if tf connects it with that of the people, else the latter."""
-        if _await(lambda: self._pose(frame, own) is not None, _PATIENCE):
-            return frame
-        rospy.logwarn("tf does not connect '%s' with '%s', the frame of the people, which is shown in its place", frame,
-                      own)
-        return own
-
     def _pose(self, frame: str, of: str) -> Optional[Transform]:
         """Return the newest transform from a frame to another; None: tf does not connect them."""
         if frame == of:
@@ -151,13 +149,6 @@ class _Scene:
             return convert.rotation_and_translation(self._transforms.newest(frame, of))
         except (NoTransformError, BadInputError):
             return None
-
-
-def _optical_frames(message: Any) -> List[str]:
-    """Return those of a cloud, or of the cameras of a fusion node that have sent something."""
-    if isinstance(message, FusedCameraArray):
-        return [camera.frame_id for camera in message.cameras if camera.frame_id]
-    return [] if message is None else [message.header.frame_id]
 
 
 def _await(condition: Callable[[], bool], seconds: float) -> bool:

@@ -8,13 +8,13 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import CompressedImage, Image
 
 from openpose_ros_bringup.doctor.snapshot import ChainNode
-from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters
+from openpose_ros_bringup.ros.doctor.network import private_parameters
 from openpose_ros_pkg.ros.demand import READS
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic
 
 _RESULTS = re.compile(r'(.*/)openpose_ros/(skeleton_3d/detected_poses_3d|detected_poses|skeleton_3d/detected_poses)')
 # Names that the launch files give these nodes.
-_NAMES = ('skeleton_extract_3d_node', 'openpose_ros_service_node', 'openpose_ros_service_node_3d')
+NAMES = ('skeleton_extract_3d_node', 'openpose_ros_service_node', 'openpose_ros_service_node_3d')
 # Types of colour images.
 IMAGES = (Image._type, CompressedImage._type)
 # Entries of `READS`: topic and type of an input.
@@ -61,9 +61,3 @@ def inputs_of(node: ChainNode) -> Sequence[Tuple[str, str]]:
 def nodes_with_results(published: Mapping[str, PublishedTopic]) -> List[str]:
     """Return the nodes that publish people."""
     return sorted({node for topic, there in published.items() if _RESULTS.fullmatch(topic) for node in there.nodes})
-
-
-def starting_nodes(graph: Graph) -> List[str]:
-    """Return the nodes with names of nodes that publish people, which publish none yet."""
-    return sorted({node for node in graph.nodes if node.rpartition('/')[2] in _NAMES}
-                  - set(nodes_with_results(graph.published)))

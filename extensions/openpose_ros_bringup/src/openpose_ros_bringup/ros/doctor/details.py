@@ -19,8 +19,11 @@ _MOST_TEXT = 200  # of a value of a parameter
 def details(seen: Snapshot) -> str:
     """Return lines about system, versions and graph."""
     lines: List[str] = []
-    for title, found in (('system', _system()), ('versions', _versions()), ('variables', _variables()),
-                         ('topics', _topics(seen)), ('nodes', _nodes(seen))):
+    variables = (f'{name}={value}' for name, value in sorted(os.environ.items()) if name.startswith(_VARIABLES))
+    topics = (f'{topic} ({there.kind}) by {", ".join(there.nodes)}; read by {", ".join(seen.subscribed.get(topic, []))}'
+              for topic, there in sorted(seen.published.items()))
+    for title, found in (('system', _system()), ('versions', _versions()), ('variables', variables),
+                         ('topics', topics), ('nodes', _nodes(seen))):
         lines += ['', f'## {title}', *found]
     return '\n'.join(lines) + '\n'
 
@@ -40,15 +43,6 @@ def _versions() -> Iterator[str]:
             yield f'{name} {import_module(name).__version__}'
         except ImportError as error:
             yield f'{name}: {error}'
-
-
-def _variables() -> Iterator[str]:
-    yield from (f'{name}={value}' for name, value in sorted(os.environ.items()) if name.startswith(_VARIABLES))
-
-
-def _topics(seen: Snapshot) -> Iterator[str]:
-    for topic, there in sorted(seen.published.items()):
-        yield f'{topic} ({there.kind}) by {", ".join(there.nodes)}; read by {", ".join(seen.subscribed.get(topic, []))}'
 
 
 def _nodes(seen: Snapshot) -> Iterator[str]:

@@ -14,7 +14,7 @@ from rosgraph_msgs.msg import Clock
 
 from openpose_ros_bringup.doctor.frames import frames_needed
 from openpose_ros_bringup.doctor.snapshot import ChainNode, Snapshot
-from openpose_ros_bringup.ros.doctor.chain import StatusListener, nodes_with_results, starting_nodes
+from openpose_ros_bringup.ros.doctor.chain import NAMES, StatusListener, nodes_with_results
 from openpose_ros_bringup.ros.doctor.inputs import find_cameras, nodes_within
 from openpose_ros_bringup.ros.doctor.network import Graph, private_parameters, read_master, unreachable
 from openpose_ros_bringup.ros.doctor.streams import CameraListener
@@ -74,7 +74,8 @@ def gather_facts(options: argparse.Namespace) -> Snapshot:
         seconds=time.monotonic() - begin, published=graph.published, subscribed=graph.subscribed,
         cameras=[each.read() for each in listeners], fixed_frame=options.fixed_frame or _fixed_frame(nodes, graph),
         nodes=nodes_within(options.camera_ns, status.read(graph.published)),
-        unresponsive=[node for node in expected if node not in status.nodes()], starting=starting_nodes(graph),
+        unresponsive=[node for node in expected if node not in status.nodes()],
+        starting=sorted({node for node in graph.nodes if node.rpartition('/')[2] in NAMES}.difference(expected)),
         load=os.getloadavg()[0], memory=_available_memory(),
         people=people if results else None)
     seen = replace(seen, lookups=_lookups(transforms, seen), parents=transforms.parents())
