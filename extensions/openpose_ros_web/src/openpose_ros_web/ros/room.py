@@ -22,19 +22,18 @@ class Room:
 
     Args:
         fixed_frame: that is shown; empty: `world` where tf knows it.
+
+    Attributes:
+        optical: names of the frames of cameras.
     """
 
     def __init__(self, fixed_frame: str) -> None:
         self._fixed_frame = fixed_frame
         self._lock = threading.Lock()
         self._transforms: Optional[Transforms] = None
-        self._optical: Set[str] = set()
+        self.optical: Set[str] = set()
         self._connected: Dict[str, bool] = {}
         self._deadline = 0.0
-
-    def add_optical(self, frame: str) -> None:
-        """Take the name of the frame of a camera."""
-        self._optical.add(frame)
 
     def fault(self) -> str:
         """Return what is wrong, in words; empty: nothing is."""
@@ -54,7 +53,7 @@ class Room:
         self._connected[own] = pose is not None
         if pose is not None:
             return target, pose
-        if not own.endswith(TURNED) and ('optical' in own or own in self._optical):
+        if not own.endswith(TURNED) and ('optical' in own or own in self.optical):
             return own + TURNED, LEVEL
         return own, _STILL
 
@@ -67,7 +66,11 @@ class Room:
         self._connected = {}
 
     def _pose(self, target: str, header: Header) -> Optional[Transform]:
-        transforms = self._listen()
+        with self._lock:
+            if self._transforms is None:
+                self._transforms = Transforms(0.0)
+                self._deadline = time.monotonic() + _PATIENCE
+            transforms = self._transforms
         while True:
             for find in (lambda: transforms.lookup(target, header.frame_id, header.stamp),
                          lambda: transforms.newest(target, header.frame_id)):
@@ -78,10 +81,3 @@ class Room:
             if time.monotonic() >= self._deadline:
                 return None
             time.sleep(_LOOK_PERIOD)
-
-    def _listen(self) -> Transforms:
-        with self._lock:
-            if self._transforms is None:
-                self._transforms = Transforms(0.0)
-                self._deadline = time.monotonic() + _PATIENCE
-            return self._transforms
