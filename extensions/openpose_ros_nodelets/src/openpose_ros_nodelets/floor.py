@@ -124,7 +124,10 @@ def find_floor(points: np.ndarray, up: np.ndarray, tolerance: float, params: Flo
         inliers = cells[(np.abs(cells @ planes[:, :3].T + planes[:, 3]) <= _THICKNESS).any(axis=1)]
         if len(inliers) < 3 or not allowed(planes).any():
             return None, fault
-        planes = _fitted_plane(inliers, up)[None]
+        middle = inliers.mean(axis=0)
+        normal = np.linalg.eigh(np.cov((inliers - middle).T))[1][:, 0]
+        normal *= 1 if normal @ up >= 0 else -1
+        planes = np.append(normal, -normal @ middle).astype(np.float32)[None]
     on, below = (int(count[0]) for count in counted(planes))
     if not allowed(planes).any() or on * _CELL ** 2 < _LEAST_AREA:
         return None, fault
@@ -166,13 +169,6 @@ def _best_plane(cells: np.ndarray, up: np.ndarray, allowed: Callable[[np.ndarray
         if (1 - (most / len(cells)) ** 3) ** (begin + _STEP) < 1 - _PROBABILITY:
             break
     return best
-
-
-def _fitted_plane(points: np.ndarray, up: np.ndarray) -> np.ndarray:
-    middle = points.mean(axis=0)
-    normal = np.linalg.eigh(np.cov((points - middle).T))[1][:, 0]
-    normal *= 1 if normal @ up >= 0 else -1
-    return np.append(normal, -normal @ middle).astype(np.float32)
 
 
 def _described(plane: np.ndarray, inliers: np.ndarray, number: int) -> Floor:
