@@ -78,10 +78,12 @@ class Collector:
         """
         updates: List[Update] = []
         camera = self._cameras[sighting.camera]
-        if sighting.stamp <= self._last and now - self._updated > self._constants.silent:
+        silent, step, elapsed = self._constants.silent, sighting.stamp - self._last, now - self._updated
+        if step <= 0 and elapsed > silent:
             self._last = float('-inf')
-        elif not self._in_time(sighting.stamp, now):
-            if now - self._updated <= self._constants.silent:
+        # beside the last update, which may be some time ago; inf: there is none
+        elif step < float('inf') and not -silent <= step <= silent + max(elapsed, 0.0):
+            if elapsed <= silent:
                 self.cameras_out_of_time.add(sighting.camera)
                 self.out_of_time[sighting.camera] += 1
                 return []
@@ -122,13 +124,6 @@ class Collector:
         if self._opened is not None and abs(self._newest - stamp) <= self._near:
             opened.append(self._opened)
         camera.delay = max(now - opened[-1] if opened else 0.0, fading * camera.delay)
-
-    def _in_time(self, stamp: float, now: float) -> bool:
-        """Return whether a stamp is near the last update, which may be some time ago."""
-        if self._last == float('-inf'):
-            return True
-        step, elapsed = stamp - self._last, now - self._updated
-        return -self._constants.silent <= step <= self._constants.silent + max(elapsed, 0.0)
 
     @property
     def _newest(self) -> float:

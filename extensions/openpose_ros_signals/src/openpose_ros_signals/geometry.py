@@ -81,10 +81,6 @@ class Body(NamedTuple):
         """Return how far a point is over another, (3,) each, in statures."""
         return float((point - over) @ self.up) / self.stature
 
-    def distance(self, point: np.ndarray, other: np.ndarray) -> float:
-        """Return how far two points (3,) are apart, in statures."""
-        return length(point - other) / self.stature
-
 
 def middle(joints: np.ndarray, pair: np.ndarray) -> np.ndarray:
     """Return the middle of two of the joints, (3,); one where the other is hidden."""

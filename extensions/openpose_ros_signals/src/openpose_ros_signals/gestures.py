@@ -72,7 +72,7 @@ def arm_of(body: Body, side: int) -> Arm:
     nose = body.joints[NOSE] if np.isfinite(body.joints[NOSE, 0]) else body.eyes
     return Arm(body.stamp, from_shoulder, axes @ fore / (length(fore) + 1e-12), reach / body.stature,
                wrist / body.stature, bend, angle(reach, -body.up), angle(fore, body.up), body.height(wrist, body.eyes),
-               body.distance(wrist, nose), error / body.stature, math.degrees(error / (length(reach) + 1e-12)),
+               length(wrist - nose) / body.stature, error / body.stature, math.degrees(error / (length(reach) + 1e-12)),
                # the elbow counts twice for its angle
                fore_error, math.sqrt(3) * fore_error, bool(body.sure[ARMS[side]].all()),
                not (math.isnan(bend) or math.isnan(from_shoulder[0])))
