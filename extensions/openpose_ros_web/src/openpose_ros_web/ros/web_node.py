@@ -93,7 +93,7 @@ class WebNode:
         needs: Dict[InputSubscriber, List[_Pages]] = {}
         for index, (_, chain) in enumerate(chains):
             needs[self._input(f'{chain}/detected_poses_image', Image, partial(self._image, index))] = [
-                _Pages(self._server, lambda want, index=index: want.camera == index and want.width > 0)]
+                _Pages(self._server, partial(_wants_image, index))]
             inputs.append(self._input(f'{chain}/camera_info', CameraInfo, partial(self._camera_info, index)))
         inputs.append(InputSubscriber('/diagnostics', DiagnosticArray, optional=True))
         inputs[-1].registerCallback(self._diagnostics)  # each: two nodes may report at the same time
@@ -192,6 +192,10 @@ def _serve(params: WebParams, hello: Message, changed: Callable[[], None]) -> Pe
     except (OSError, UnicodeError) as error:
         raise ParameterError(f"pages can not be served at '{params.host}', port {params.port}: {error}", 'port'
                              ) from error
+
+
+def _wants_image(index: int, want: Want) -> bool:
+    return want.camera == index and want.width > 0
 
 
 def main() -> int:
