@@ -59,7 +59,7 @@ Skeleton standing(float x, float z)
 {
   Skeleton person;
   const auto put = [&](Joint joint, float right, float height, float ahead = 0.0f) {
-    person.position[joint] = { x - right, FLOOR - height, z - ahead };
+    person[joint].position = { x - right, FLOOR - height, z - ahead };
   };
   put(NOSE, 0.0f, 1.58f, 0.10f), put(NECK, 0.0f, 1.40f);
   put(RIGHT_EYE, 0.03f, 1.61f, 0.08f), put(LEFT_EYE, -0.03f, 1.61f, 0.08f);
@@ -77,7 +77,8 @@ Skeleton standing(float x, float z)
 std::vector<Thing> bodyOf(const Skeleton& person, std::uint32_t label)
 {
   std::vector<Thing> things;
-  const auto& at = person.position;
+  std::array<Eigen::Vector3f, JOINTS> at;
+  std::transform(person.begin(), person.end(), at.begin(), [](const BodyPoint& joint) { return joint.position; });
   const auto add = [&](const Eigen::Vector3f& start, const Eigen::Vector3f& end, float radius) {
     things.push_back({ label, capsule(start, end, radius) });
   };
@@ -201,8 +202,8 @@ TEST(PeopleLabeller, FloorAndWallRemain)
 TEST(PeopleLabeller, PeopleWhoTouchKeepTheirPoints)
 {
   Skeleton left = standing(-0.40f, 2.4f), right = standing(0.40f, 2.5f);
-  left.position[LEFT_WRIST] = { -0.02f, 0.15f, 2.3f };  // a handshake
-  right.position[RIGHT_WRIST] = { 0.08f, 0.15f, 2.3f };
+  left[LEFT_WRIST].position = { -0.02f, 0.15f, 2.3f };  // a handshake
+  right[RIGHT_WRIST].position = { 0.08f, 0.15f, 2.3f };
   const Scene scene = look({ room(), bodyOf(left, 1), bodyOf(right, 2) });
   const std::vector<std::uint32_t> labels = labelsOf(scene, { left, right });
   for (const std::uint32_t person : { 1, 2 })
@@ -216,7 +217,7 @@ TEST(PeopleLabeller, WhatHidesTheLegsRemains)
 {
   Skeleton person = standing(0.0f, 2.6f);
   for (const Joint joint : { RIGHT_KNEE, LEFT_KNEE, RIGHT_ANKLE, LEFT_ANKLE })
-    person.uncertainty[joint] = 0.1f;
+    person[joint].uncertainty = 0.1f;
   const std::vector<Thing> table{ { SCENE, box({ -0.8f, 0.45f, 2.1f }, { 0.8f, FLOOR, 2.4f }) } };
   expectLabels({ room(), table }, person, 0.96f, 0.01f);
 }

@@ -1,7 +1,6 @@
 #include "people_labeller.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace openpose_ros_nodelets
 {
@@ -68,18 +67,7 @@ constexpr float DOUBT = 0.5f;
 constexpr float HAND = 0.15f;           // from the wrist to the finger tips, less the radius there [m]
 constexpr float NECK_TO_HEAD = 0.201f;  // to the middle of the ears [m]
 
-struct Point
-{
-  Eigen::Vector3f position = Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
-  float uncertainty = 0.0f;
-
-  bool known() const
-  {
-    return position.allFinite();
-  }
-};
-
-using Points = std::array<Point, POINTS>;
+using Points = std::array<BodyPoint, POINTS>;
 
 float bodyScale(const Points& points)
 {
@@ -88,7 +76,7 @@ float bodyScale(const Points& points)
   {
     for (const BoneLength& bone : LENGTHS)
     {
-      const Point &start = points[bone.start], &end = points[bone.end];
+      const BodyPoint &start = points[bone.start], &end = points[bone.end];
       if (!start.known() || !end.known() || (std::max(start.uncertainty, end.uncertainty) > 0.0f) != inferred)
         continue;
       sum += (end.position - start.position).norm();
@@ -100,22 +88,22 @@ float bodyScale(const Points& points)
   return adult > 0.0f ? std::min(std::max(sum / adult, LEAST_SCALE), GREATEST_SCALE) : 1.0f;
 }
 
-Point middle(const Point& first, const Point& second)
+BodyPoint middle(const BodyPoint& first, const BodyPoint& second)
 {
   return { 0.5f * (first.position + second.position), std::max(first.uncertainty, second.uncertainty) };
 }
 
 // The point `length` beyond `second`, on the line from `first`.
-Point beyond(const Point& first, const Point& second, float length)
+BodyPoint beyond(const BodyPoint& first, const BodyPoint& second, float length)
 {
   return { second.position + length * (second.position - first.position).normalized(), second.uncertainty };
 }
 
-Point head(const Points& points, float scale)
+BodyPoint head(const Points& points, float scale)
 {
   for (const auto& [right, left] : { std::pair{ RIGHT_EAR, LEFT_EAR }, std::pair{ RIGHT_EYE, LEFT_EYE } })
   {
-    const Point both = middle(points[right], points[left]);
+    const BodyPoint both = middle(points[right], points[left]);
     if (both.known())
       return both;
   }
@@ -127,22 +115,14 @@ Point head(const Points& points, float scale)
 
 }  // namespace
 
-Skeleton::Skeleton()
-{
-  position.fill(Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
-  uncertainty.fill(0.0f);
-}
-
 Body shapeBody(const Skeleton& skeleton, float looseness)
 {
   Points points;
   Body body;
-  for (std::size_t joint = 0; joint < JOINTS; ++joint)
-  {
-    points[joint] = { skeleton.position[joint], skeleton.uncertainty[joint] };
-    if (points[joint].known() && points[joint].uncertainty == 0.0f)
-      body.joints.push_back(points[joint].position);
-  }
+  std::copy(skeleton.begin(), skeleton.end(), points.begin());
+  for (const BodyPoint& joint : skeleton)
+    if (joint.known() && joint.uncertainty == 0.0f)
+      body.joints.push_back(joint.position);
   const float scale = bodyScale(points);
   points[MID_HIP] = middle(points[RIGHT_HIP], points[LEFT_HIP]);
   points[HEAD] = head(points, scale);
@@ -150,12 +130,12 @@ Body shapeBody(const Skeleton& skeleton, float looseness)
   points[LEFT_HAND] = beyond(points[LEFT_ELBOW], points[LEFT_WRIST], scale * HAND);
   for (const BoneShape& shape : SHAPES)
   {
-    const Point &start = points[shape.start], &end = points[shape.end];
+    const BodyPoint &start = points[shape.start], &end = points[shape.end];
     if (!start.known() || !end.known())
       continue;
     const float core = scale * shape.core, margin = scale * looseness * shape.margin;
     Bone bone{ start.position, end.position, core, margin, DOUBT * start.uncertainty, DOUBT * end.uncertainty, {} };
-    for (const Point* point : { &start, &end })
+    for (const BodyPoint* point : { &start, &end })
       for (const float reach : { -core - margin, core + margin })
         bone.box.extend((point->position.array() + reach).matrix());
     body.box.extend(bone.box);

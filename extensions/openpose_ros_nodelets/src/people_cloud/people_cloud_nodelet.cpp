@@ -58,9 +58,9 @@ Skeleton skeletonOf(const PersonDetection_3d& person, const Eigen::Isometry3f& t
     const BodypartDetection_3d& part = openpose_ros_msgs::partOf(person, openpose_ros_msgs::COCO_18_JOINTS[joint]);
     if (!openpose_ros_msgs::isKnown(part))
       continue;
-    skeleton.position[joint] = to_cloud * Eigen::Vector3f(part.x, part.y, part.z);
+    skeleton[joint].position = to_cloud * Eigen::Vector3f(part.x, part.y, part.z);
     if (part.status == BodypartDetection_3d::INFERRED)
-      skeleton.uncertainty[joint] = std::isfinite(part.sigma) ? part.sigma : UNKNOWN_SIGMA;
+      skeleton[joint].uncertainty = std::isfinite(part.sigma) ? part.sigma : UNKNOWN_SIGMA;
   }
   return skeleton;
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -19,14 +20,20 @@ enum Joint : std::size_t
   RIGHT_ANKLE, LEFT_HIP, LEFT_KNEE, LEFT_ANKLE, RIGHT_EYE, LEFT_EYE, RIGHT_EAR, LEFT_EAR, JOINTS
 };
 
-/// What is known of a person in a frame.
-struct Skeleton
+/// What is known of a point of a body in a frame.
+struct BodyPoint
 {
-  Skeleton();
+  /// [m] in the frame of the cloud; NaN: missing
+  Eigen::Vector3f position = Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
+  float uncertainty = 0.0f;  ///< [m] standard deviation of an inferred joint, 0: measured
 
-  std::array<Eigen::Vector3f, JOINTS> position;  ///< [m] in the frame of the cloud; NaN: missing
-  std::array<float, JOINTS> uncertainty;         ///< [m] standard deviation of an inferred joint, 0: measured
+  bool known() const
+  {
+    return position.allFinite();
+  }
 };
+
+using Skeleton = std::array<BodyPoint, JOINTS>;
 
 /// A part of a body: what lies within `core` of the line between two joints is of this person, and what lies within
 /// `core` + `margin` may be.
