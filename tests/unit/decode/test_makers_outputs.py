@@ -12,7 +12,7 @@ import pytest
 import makers_tensors
 from openpose_ros_pkg.decode.boxes import decode_boxes
 from openpose_ros_pkg.decode.direct import DirectThresholds, decode_direct
-from openpose_ros_pkg.decode.heat_maps import heat_map_points
+from openpose_ros_pkg.decode.one_person import heat_map_points
 from openpose_ros_pkg.detect.views import View
 from openpose_ros_pkg.networks.backends.arrays import network_input
 from openpose_ros_pkg.networks.model_registry import MODELS

@@ -4,14 +4,12 @@ All give COCO's 17 joints, SimCC also more. Those of other joint sets that are n
 neck, which is the middle between the shoulders and as sure as the less sure of them.
 """
 from dataclasses import dataclass
-from typing import Callable, Dict, NamedTuple, Optional, Sequence
+from typing import Callable, Dict, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.decode.heat_maps import decode_heat_maps
-from openpose_ros_pkg.decode.one_stage import decode_movenet, decode_rtmo, decode_single_person, decode_yolo
-from openpose_ros_pkg.decode.points import Decoded, only_seen
-from openpose_ros_pkg.decode.simcc import decode_simcc
+from openpose_ros_pkg.decode.one_person import decode_heat_maps, decode_simcc, decode_single_person
+from openpose_ros_pkg.decode.one_stage import decode_movenet, decode_rtmo, decode_yolo
 from openpose_ros_pkg.ensemble import sigmas as joint_sigmas
 from openpose_ros_pkg.ensemble import similarity, surest
 from openpose_ros_pkg.networks.model_types import Decoder, Model
@@ -38,7 +36,7 @@ _SAME_PERSON = 0.6
 class _Kind(NamedTuple):
     """A decoder and its thresholds."""
 
-    decode: Callable[..., Decoded]
+    decode: Callable[..., Poses]  # gives as many points as `Model.points`, in their order, float64
     person: float  # score that a person needs
     overlap: Optional[float] = None  # of boxes: of two that share more of their union the less sure goes
 
@@ -75,7 +73,7 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, thresholds: Direc
     overlap = () if kind.overlap is None else (kind.overlap,)
     decoded = kind.decode(outputs, thresholds.person_score or kind.person, seen.net_size, *overlap)
     source, target = POINT_SETS[model.points], model.skeleton
-    points = only_seen(decoded.points, (*seen.offset, *seen.scaled_size), thresholds.joint_score)
+    points = _only_seen(decoded.keypoints, (*seen.offset, *seen.scaled_size), thresholds.joint_score)
     # before people are compared: the place of a joint out of sight is chance
     people = keypoints_in(points, source, target)
     kept = np.flatnonzero((people[..., 2] > 0).any(axis=1) & np.isfinite(decoded.scores))
@@ -84,3 +82,19 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, thresholds: Direc
         kept = kept[surest(decoded.scores[kept], alike)]
     return Poses(people[kept].astype(np.float32), decoded.scores[kept].astype(np.float32),
                  points[kept].astype(np.float32) if model.points == WHOLE_BODY_POINTS else None)
+
+
+def _only_seen(points: np.ndarray, valid: Tuple[int, int, int, int], least: float) -> np.ndarray:
+    """Return points (P, K, 3), x, y [px of the network's input], score; (NaN, NaN, 0) where they are missing.
+
+    Args:
+        valid: left, top, width and height of the image within the input [px]; points beyond are missing.
+        least: score that a point needs, besides one above 0.
+    """
+    left, top, width, height = valid
+    x, y, confidence = np.moveaxis(points, 2, 0)
+    with np.errstate(invalid='ignore'):
+        # A pixel reaches half a pixel beyond its centre.
+        seen = (np.abs(x - left + 0.5 - width / 2) <= width / 2) & (np.abs(y - top + 0.5 - height / 2) <= height / 2)
+        seen &= (confidence > 0) & (confidence >= least) & (confidence < np.inf)
+    return np.where(seen[..., np.newaxis], points, (np.nan, np.nan, 0))

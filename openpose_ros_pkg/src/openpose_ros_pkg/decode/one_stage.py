@@ -1,13 +1,13 @@
-"""From the outputs of MoveNet, RTMO and YOLO-pose, which find people in one pass, to people with COCO's 17 joints."""
+"""From the outputs of MoveNet MultiPose, RTMO and YOLO-pose, which find people in one pass, to these people."""
 from typing import Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.decode.boxes import without_overlap
-from openpose_ros_pkg.decode.points import Decoded
+from openpose_ros_pkg.people import Poses
 
 
-def decode_movenet(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int]) -> Decoded:
+def decode_movenet(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int]) -> Poses:
     """Return the people of MoveNet MultiPose.
 
     Its model card: 17 times y, x, score, then ymin, xmin, ymax, xmax, score; positions as shares of the input.
@@ -16,22 +16,10 @@ def decode_movenet(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[
     rows = rows[rows[:, 55] >= least]
     joints = rows[:, :51].reshape(-1, 17, 3)[..., [1, 0, 2]]
     joints[..., :2] = joints[..., :2] * net_size - 0.5
-    return Decoded(joints, rows[:, 55])
+    return Poses(joints, rows[:, 55])
 
 
-def decode_single_person(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int]) -> Decoded:
-    """Return the person, or none, of MoveNet for one person.
-
-    It gives (1, 17, 3): y, x as shares of the input, and score. The person's score is the mean of those of the joints.
-    """
-    joints = np.asarray(outputs[0], np.float64)[..., [1, 0, 2]]
-    joints[..., :2] = joints[..., :2] * net_size - 0.5
-    scores = joints[..., 2].mean(axis=1)
-    sure = scores >= least
-    return Decoded(joints[sure], scores[sure])
-
-
-def decode_rtmo(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int], overlap: float) -> Decoded:
+def decode_rtmo(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int], overlap: float) -> Poses:
     """Return the people of RTMO, of boxes that share more of their union than `overlap` only the surest.
 
     It gives boxes (N, 5): x1, y1, x2, y2 [px of its input], score; and keypoints (N, 17, 3): x, y [px], score.
@@ -40,10 +28,10 @@ def decode_rtmo(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int
     sure = (boxes[:, 4] >= least) & np.isfinite(boxes).all(axis=1)
     boxes, joints = boxes[sure], joints[sure]
     kept = without_overlap(boxes[:, :4], boxes[:, 4], overlap)
-    return Decoded(joints[kept], boxes[kept, 4])
+    return Poses(joints[kept], boxes[kept, 4])
 
 
-def decode_yolo(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int], overlap: float) -> Decoded:
+def decode_yolo(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int], overlap: float) -> Poses:
     """Return the people of YOLO-pose (v8, 11, 26), of boxes that share more than `overlap` only the surest.
 
     It gives one of two forms, in pixels of its input from the corner of the first one (measured with mirror images),
@@ -63,4 +51,4 @@ def decode_yolo(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int
         rows = rows[without_overlap(boxes, rows[:, 4], overlap)]
     joints = rows[:, -51:].reshape(-1, 17, 3) - (0.5, 0.5, 0)
     joints[..., 2] *= rows[:, 4:5]
-    return Decoded(joints, rows[:, 4])
+    return Poses(joints, rows[:, 4])

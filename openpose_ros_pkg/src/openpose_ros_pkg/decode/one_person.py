@@ -1,13 +1,45 @@
-"""From the heat maps of a network that sees one person on a crop (PP-TinyPose) to the person."""
+"""From the outputs of MoveNet, SimCC networks (RTMPose) and PP-TinyPose, which see one person on a crop, to the person."""
 from typing import Sequence, Tuple
 
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.decode.points import Decoded
+from openpose_ros_pkg.people import Poses
 
 # Side of the Gaussian that smooths a map, [cells]: PaddleDetection, keypoint_postprocess.py, get_final_preds.
 _KERNEL = 3
+
+
+def decode_single_person(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int]) -> Poses:
+    """Return the person, or none, of MoveNet for one person.
+
+    It gives (1, 17, 3): y, x as shares of the input, and score. The person's score is the mean of those of the joints.
+    """
+    joints = np.asarray(outputs[0], np.float64)[..., [1, 0, 2]]
+    joints[..., :2] = joints[..., :2] * net_size - 0.5
+    scores = joints[..., 2].mean(axis=1)
+    sure = scores >= least
+    return Poses(joints[sure], scores[sure])
+
+
+def decode_simcc(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int]) -> Poses:
+    """Return the person on a crop, or none; its score is the mean of those of COCO's joints, the first 17 points.
+
+    A point lies where its row of bins along x, and that along y, has the greatest value; a side of the input has a
+    fixed number of bins per pixel (2 in all of RTMPose). Its score is the smaller of both values; 0 or less: missing.
+    mmpose 1.3.2, `SimCCLabel.decode` and `get_simcc_maximum`, and mmdeploy 1.3.1, codebase/mmpose/codecs; rtmlib takes
+    the mean of both. Values are about 1 at most: they were trained on Gaussians of the height 1.
+
+    Args:
+        outputs: (K, bins along x) and (K, bins along y).
+    """
+    along_x, along_y = outputs
+    places = [axis.argmax(axis=1) * (side / axis.shape[1]) for axis, side in zip((along_x, along_y), net_size)]
+    values = np.minimum(along_x.max(axis=1), along_y.max(axis=1)).astype(np.float64)
+    points = np.stack([*places, np.clip(np.where(np.isfinite(values), values, 0), 0, 1)], axis=1)[np.newaxis]
+    scores = points[:, :17, 2].mean(axis=1)
+    sure = scores >= least
+    return Poses(points[sure], scores[sure])
 
 
 def heat_map_points(maps: np.ndarray) -> np.ndarray:
@@ -35,7 +67,7 @@ def heat_map_points(maps: np.ndarray) -> np.ndarray:
     return points
 
 
-def decode_heat_maps(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int]) -> Decoded:
+def decode_heat_maps(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int]) -> Poses:
     """Return the person on a crop, or none; its score is the mean of the points'.
 
     Scores are the squares of the maps' values: so they are as high as those of MoveNet Thunder on the same crops.
@@ -45,4 +77,4 @@ def decode_heat_maps(outputs: Sequence[np.ndarray], least: float, net_size: Tupl
     points[..., :2] *= np.array(net_size) / maps.shape[:0:-1]
     points[..., 2] = np.clip(points[..., 2], 0, 1) ** 2
     scores = points[..., 2].mean(axis=1)
-    return Decoded(points[scores >= least], scores[scores >= least])
+    return Poses(points[scores >= least], scores[scores >= least])
