@@ -7,12 +7,12 @@ import pytest
 from openpose_ros_pkg.decode.direct import DirectThresholds
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crops
-from openpose_ros_pkg.detect.detection import DepthView
+from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.following import Person, voted
 from openpose_ros_pkg.detect.look import Networks
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds
 from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, DetectorSettings
-from openpose_ros_pkg.detect.views import SearchedImage, Setup
+from openpose_ros_pkg.detect.views import Setup
 from openpose_ros_pkg.networks.model_registry import MOVENET_THUNDER
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_17, COCO_18
@@ -85,7 +85,7 @@ def test_a_crop_that_shows_another_person_is_no_opinion_on_the_first():
 
     setup = Setup(recipe, {MOVENET_THUNDER.name: SecondPerson()}, DecodeParams(), DirectThresholds(),
                   build(DetectorSettings, {'person_min_score': 0.1}))
-    found = Networks(SearchedImage(stripes(), setup)).look(persons, [0, 1]).people
+    found = Networks(setup, ImageFrame('', 0.0, stripes())).look(persons, [0, 1]).people
     assert found[0].crop is None and found[1].crop is not None
     np.testing.assert_allclose(voted(found, recipe, 1.0).keypoints[..., 0], people[..., 0], atol=1.0)
 

@@ -1,4 +1,4 @@
-"""From the outputs of MoveNet, SimCC networks (RTMPose) and PP-TinyPose, which see one person on a crop, to the person."""
+"""From the outputs of MoveNet, SimCC (RTMPose) and PP-TinyPose, which see one person on a crop, to the person."""
 from typing import Sequence, Tuple
 
 import cv2

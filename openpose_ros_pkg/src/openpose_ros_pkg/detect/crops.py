@@ -1,5 +1,4 @@
 """Crops: what a network sees of one person, and the people that it finds there."""
-import time
 from dataclasses import dataclass, replace
 from typing import List, NamedTuple, Optional, Sequence, Tuple
 
@@ -177,11 +176,8 @@ def _enlarged(boxes: np.ndarray, factor: float) -> np.ndarray:
 
 def compute_crops(views: Sequence[PreparedView], network: Backend) -> List[ComputedView]:
     """Let the network compute crops, side by side where it can; see `Backend.infer_many`."""
-    begin = time.perf_counter()
     outputs = network.infer_many([view.input[np.newaxis] for view in views])
-    seconds = (time.perf_counter() - begin) / max(len(views), 1)
-    return [ComputedView(view.view, tuple(output[0] for output in of_view), seconds)
-            for view, of_view in zip(views, outputs)]
+    return [ComputedView(view.view, tuple(output[0] for output in of_view)) for view, of_view in zip(views, outputs)]
 
 
 def decode_crop(crop: ComputedView, model: Model, setup: Setup) -> Poses:

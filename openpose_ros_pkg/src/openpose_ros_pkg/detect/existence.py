@@ -53,7 +53,7 @@ def with_evidence(existence: Value, log_ratio: Value, constants: ExistenceConsta
     return np.minimum(odds / (1 + odds), constants.most)
 
 
-def decayed(existence: Value, elapsed: Value, lasting: Value, constants: ExistenceConstants = EXISTENCE) -> np.ndarray:
+def decayed(existence: Value, elapsed: Value, lasting: Value) -> np.ndarray:
     """Return probabilities after a time [s] without a look, with time constants `lasting` [s]."""
     return existence * np.exp(-np.maximum(elapsed, 0.0) / lasting)
 

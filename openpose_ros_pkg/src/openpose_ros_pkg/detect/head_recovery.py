@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.detect.crops import compute_crops, decode_crop
-from openpose_ros_pkg.detect.detection import DepthView, Head
-from openpose_ros_pkg.detect.occlusion_masks import COVER, LAYERS, Foreground, cover_others
+from openpose_ros_pkg.detect.detection import DepthView, Head, ImageFrame
+from openpose_ros_pkg.detect.occlusion_masks import COVER, HEAD, LAYERS, Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
-from openpose_ros_pkg.detect.views import PreparedView, SearchedImage, View
+from openpose_ros_pkg.detect.views import PreparedView, Setup, View
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import People2D, Poses
@@ -48,7 +48,6 @@ class HeadConstants:
 
 
 HEADS = HeadConstants()
-_HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear')
 
 
 class Recovered(NamedTuple):
@@ -113,9 +112,9 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
     return like[border:border + depth.shape[0], border:border + depth.shape[1]]
 
 
-def recover(frame: SearchedImage, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
+def recover(frame: ImageFrame, setup: Setup, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
     """Find people at heads that no skeleton of the detected people explains, on crops; none without depth."""
-    bgr, view, setup = frame.bgr, frame.depth, frame.setup
+    bgr, view = frame.bgr, frame.depth
     skeleton, one = setup.recipe.skeleton, crop_of_one(setup.recipe)
     found: List[np.ndarray] = []
     free: List[Head] = []
@@ -126,7 +125,7 @@ def recover(frame: SearchedImage, people: People2D, constants: HeadConstants = H
         computed = compute_crops(crops, setup.networks[one.model.name])
         candidates = [(head, pose) for head, crop in zip(free, computed)
                  for pose in decode_crop(crop, one.model, setup).keypoints]
-        heads_of = [skeleton.index[joint] for joint in _HEAD if joint in skeleton.index]
+        heads_of = [skeleton.index[joint] for joint in HEAD if joint in skeleton.index]
         confirmed = [_confirmed(pose, heads_of, head, view, _in_depth(pose[:, :2], bgr, view), constants)
                      for head, pose in candidates]
         found = [person for person in confirmed if person is not None]

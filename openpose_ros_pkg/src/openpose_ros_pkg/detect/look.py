@@ -7,6 +7,7 @@ from typing import Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence
 import numpy as np
 
 from openpose_ros_pkg.detect.crops import CrowdImage, alone, compute_crops, decode_crop, found_by, prepare_crops
+from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.existence import EXISTENCE
 from openpose_ros_pkg.detect.following import FollowingParams, Person, voted, with_crop, without_shared_crops
@@ -15,7 +16,7 @@ from openpose_ros_pkg.detect.occlusion_masks import foregrounds
 from openpose_ros_pkg.detect.recipe_choice import RATE, TargetRateConstants, seconds_per_pixel
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Part, ScheduleConstants, strips
 from openpose_ros_pkg.detect.tracking import person_sizes
-from openpose_ros_pkg.detect.views import SearchedImage, Setup, prepare_views, views_of
+from openpose_ros_pkg.detect.views import Setup, prepare_views, views_of
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, extent, group, person_scores, stacked, vote
 from openpose_ros_pkg.landmarks.body_landmarks import BODY_CROP
 from openpose_ros_pkg.landmarks.feet import FEET, FeetLook, SeenFeet, look_at_feet
@@ -124,7 +125,8 @@ class SearchPlan:
 class Networks(NamedTuple):
     """What computes an image, and the clock [s] that times it."""
 
-    image: SearchedImage
+    setup: Setup
+    image: ImageFrame
     clock: Callable[[], float] = time.perf_counter
 
     def look(self, people: Sequence[Person], chosen: Sequence[int]) -> Look:
@@ -137,7 +139,7 @@ class Networks(NamedTuple):
         image, result, runs = self.image, list(people), []
         if not chosen:
             return Look(result)
-        setup, skeleton = image.setup, image.setup.recipe.skeleton
+        setup, skeleton = self.setup, self.setup.recipe.skeleton
         present = [i for i, person in enumerate(people) if person.existence >= EXISTENCE.reported]
         poses = np.array([people[i].pose for i in present], np.float32).reshape(-1, len(skeleton.joints), 3)
         for i, front in zip(present, foregrounds(poses, skeleton, image.depth, image.size)):
@@ -167,7 +169,7 @@ class Networks(NamedTuple):
             stamp: of the image [s].
             hurried: there is time for new people alone.
         """
-        setup, begin = self.image.setup, self.clock()
+        setup, begin = self.setup, self.clock()
         people = replace(people, skeleton=setup.skeleton,
                          keypoints=keypoints_in(people.keypoints, people.skeleton, setup.skeleton))
         if setup.feet is None or not len(people):
@@ -180,7 +182,7 @@ class Networks(NamedTuple):
         """Return the people of the image with the opinions of a search of a part, the new ones on crops."""
         searched, found = self.passed(people, part)
         elsewhere = [i for i, person in enumerate(searched.people[:len(people)])
-                     if person.crop is None and self.image.setup.recipe.pass_opinions in person.opinions
+                     if person.crop is None and self.setup.recipe.pass_opinions in person.opinions
                      and any(person.opinions.get(number) is not None for number in found)]
         looked = self.look(searched.people, [*elsewhere, *self.likely(searched.people, len(people))])
         return Look(looked.people, (*searched.runs, *looked.runs))
@@ -188,12 +190,12 @@ class Networks(NamedTuple):
     def passed(self, people: Sequence[Person], part: Part) -> Tuple[Look, List[int]]:
         """Return the people of the image with the opinions of a search of a part, and the numbers of its sources."""
         found, runs = self.search_part(part, people)
-        persons, new = assigned(found, people, self.image.setup)
+        persons, new = assigned(found, people, self.setup)
         return Look([*persons, *new], runs), [one.number for one in found]
 
     def likely(self, people: Sequence[Person], first: int) -> List[int]:
         """Return the indices of people from the first new one on that are worth a crop, the surest first."""
-        setup, new = self.image.setup, people[first:]
+        setup, new = self.setup, people[first:]
         expected = np.array([person.expected for person in new], np.float32)
         scores = person_scores(expected.reshape(-1, len(setup.recipe.skeleton.joints), 3),
                                setup.recipe.sources.observable([one.opinions for one in new]))
@@ -206,7 +208,7 @@ class Networks(NamedTuple):
         Args:
             people: that were found in the image; where crops show them, boxes of them need no crop.
         """
-        setup, begin = self.image.setup, self.clock()
+        setup, begin = self.setup, self.clock()
         one = setup.recipe.passes[part.number]
         views = [view.compute(setup.networks[one.model.name])
                  for view in prepare_views(self.image.bgr, one, (part.left, part.right))]
@@ -220,10 +222,10 @@ class Networks(NamedTuple):
 
     def heads(self, people: Sequence[Person], stamp: float) -> Look:
         """Return the people of an image of a stamp [s], and those who are found by their heads in the depth."""
-        setup, begin = self.image.setup, self.clock()
+        setup, begin = self.setup, self.clock()
         found = [person for person in people if person.found]
         known = accepted_people(voted(found, setup.recipe, stamp), setup.acceptance, self.image.size)[0]
-        recovered = recover(self.image, known)
+        recovered = recover(self.image, setup, known)
         new = [Person(pose, crop=pose, opinions={setup.recipe.pass_opinions: pose}, by_depth=float(score))
                for pose, score in zip(recovered.poses.keypoints, recovered.poses.scores)]
         one = setup.recipe.refinements[0]

@@ -22,7 +22,6 @@ from openpose_ros_pkg.detect.schedule import (
     small_grey,
 )
 from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera
-from openpose_ros_pkg.detect.views import SearchedImage
 from openpose_ros_pkg.ensemble import accepted_people, person_scores
 from openpose_ros_pkg.people import ExpectedPeople, People2D, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -32,9 +31,8 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 class CameraMemory:
     """What is known of the newest image of a camera, and what is remembered of those before."""
 
-    stamp: float  # of the image [s]
+    image: ImageFrame  # the newest one, without its source
     started: float  # time that all cameras had taken the networks when it began [s]
-    image: SearchedImage  # the newest one
     plan: SearchPlan  # that it is searched with
     schedule: Schedule
     budget: Budget
@@ -50,8 +48,7 @@ class CameraMemory:
     @classmethod
     def first(cls, frame: ImageFrame, plan: SearchPlan) -> 'CameraMemory':
         """Return what is known of the first image of a camera."""
-        return cls(frame.stamp, 0.0, SearchedImage(frame.bgr, plan.setup, frame.depth), plan,
-                   Schedule(plan.parts(frame.size), constants=plan.schedule),
+        return cls(frame, 0.0, plan, Schedule(plan.parts(frame.size), constants=plan.schedule),
                    Budget(plan.schedule.most_saved, constants=plan.schedule),
                    People2D.empty(plan.setup.recipe.skeleton))
 
@@ -70,18 +67,18 @@ class CameraMemory:
     def with_ids(self, ids: np.ndarray) -> 'CameraMemory':
         """Return the memory with the ids (P,) that the tracker gave to the detections; -1: none."""
         named = [replace(person, number=int(number)) for person, number in zip(self.persons, ids)]
-        memories = {person.number: person.remembered(scores, self.stamp)
+        memories = {person.number: person.remembered(scores, self.image.stamp)
                     for person, scores in zip(named, self.detections.confidence)}
         others = self.persons[len(named):]
-        missed = {one.number: one.remembered(one.scores, self.stamp) for one in others if one.opinions}
+        missed = {one.number: one.remembered(one.scores, self.image.stamp) for one in others if one.opinions}
         memories = {**self.memories, **missed, **memories}
         memories.pop(-1, None)
         return replace(self, persons=[*named, *others], memories=memories, candidates=self._candidates(named))
 
     def in_full(self) -> 'CameraMemory':
         """Return the memory after all of the image was searched."""
-        searched = dict.fromkeys(self.schedule.parts, self.stamp)
-        return replace(self, budget=Budget(constants=self.plan.schedule), heads=self.stamp,
+        searched = dict.fromkeys(self.schedule.parts, self.image.stamp)
+        return replace(self, budget=Budget(constants=self.plan.schedule), heads=self.image.stamp,
                        schedule=replace(self.schedule, searched=searched, urgency={}))
 
     def after_crops(self, people: Sequence[Person], interval: float, spent: float, cameras: int) -> 'CameraMemory':
@@ -113,7 +110,7 @@ class CameraMemory:
             at_once: parts alone, and for urgent ones time may be taken that is not saved yet.
         """
         plan, schedule = self.plan, self.plan.schedule
-        part = self.schedule.next(self.stamp)
+        part = self.schedule.next(self.image.stamp)
         if not at_once and self._heads_are_next(part):
             part = None
         elif part is None:
@@ -126,19 +123,19 @@ class CameraMemory:
 
     def _heads_are_next(self, part: Optional[Part]) -> bool:
         """Return whether the search for heads is due, and has waited longer than a part of the image; None: no part."""
-        return (self.image.depth is not None and self.stamp - self.heads >= self.plan.schedule.search_time
+        return (self.image.depth is not None and self.image.stamp - self.heads >= self.plan.schedule.search_time
                 and (part is None or self.heads < self.schedule.searched.get(part, -np.inf)))
 
     def after(self, step: 'Step', runs: Sequence[Run]) -> 'CameraMemory':
         """Return the memory after a step, with the runs of the networks in it."""
         spent = step.announced.seconds if self.plan.pace.fixed else sum(run.seconds for run in runs)
         after = replace(self, budget=self.budget.after_part(spent))
-        return (replace(after, schedule=self.schedule.done(step.part, self.stamp)) if step.part
-                else replace(after, heads=self.stamp))
+        return (replace(after, schedule=self.schedule.done(step.part, self.image.stamp)) if step.part
+                else replace(after, heads=self.image.stamp))
 
     def after_search(self, people: Sequence[Person]) -> 'CameraMemory':
         """Return the memory after a search for people of the next image, with the people found so far."""
-        memories = {person.number: person.remembered(person.scores, self.stamp) for person in people
+        memories = {person.number: person.remembered(person.scores, self.image.stamp) for person in people
                     if person.number >= 0 and person.found}
         return replace(self, persons=people, memories={**self.memories, **memories},
                        candidates=self._candidates(people))
@@ -210,7 +207,7 @@ class NetworkDetection:
     def warm_up(self) -> None:
         """Let the networks see crops and parts of a blank image, so that they are compiled before the first one."""
         plan, (width, height) = self._plan, RATE.image_size
-        networks = Networks(SearchedImage(np.zeros((height, width, 3), np.uint8), plan.setup), self._clock)
+        networks = Networks(plan.setup, ImageFrame('', 0.0, np.zeros((height, width, 3), np.uint8)), self._clock)
         joints = plan.setup.recipe.skeleton
         rows = np.linspace(0.0, height - 1.0, len(joints.joints))
         pose = np.stack([np.full_like(rows, width / 2), rows, np.ones_like(rows)], axis=1).astype(np.float32)
@@ -226,12 +223,13 @@ class NetworkDetection:
 
     def look(self, frame: ImageFrame, expected: ExpectedPeople, in_full: bool = True) -> Looks:
         check_image(frame.bgr)
+        frame = replace(frame, source=None)  # messages are not kept until the next image
         begin, plan = self._clock(), self._plan
         joints = plan.setup.recipe.skeleton
         expected = replace(expected, skeleton=joints, keypoints=keypoints_in(expected.keypoints, expected.skeleton,
                                                                              joints))
         memory, interval, idle = self._started(frame, expected)
-        networks = Networks(memory.image, self._clock)
+        networks = Networks(plan.setup, frame, self._clock)
         if not plan.setup.recipe.is_ensemble:
             return self._one_network(networks, memory, expected)
         in_full |= not plan.follows or idle > plan.schedule.search_time
@@ -262,7 +260,7 @@ class NetworkDetection:
         if memory is None or not memory.plan.follows:
             return
         memory = memory.with_changes(memory.persons)
-        networks, step = Networks(memory.image, self._clock), memory.next()
+        networks, step = Networks(memory.plan.setup, memory.image, self._clock), memory.next()
         while step is not None:
             self._keep(frame, memory)
             yield step.announced
@@ -279,26 +277,25 @@ class NetworkDetection:
         """
         plan, memory = self._plan, self._memories.of((frame.camera, frame.size))
         if (memory is None or memory.plan.first_pace is not plan.first_pace or frame.stamp <= 0
-                or frame.stamp < memory.stamp - TRACKING.reset_backstep):
+                or frame.stamp < memory.image.stamp - TRACKING.reset_backstep):
             return replace(CameraMemory.first(frame, plan), started=self._worked), np.inf, np.inf
-        interval = max(frame.stamp - memory.stamp, 0.0)
+        interval = max(frame.stamp - memory.image.stamp, 0.0)
         idle = interval - (self._worked - memory.started)
         candidates = [_seen_before(person, memory, interval) for person in memory.candidates]
         memories = {number: one for number, one in memory.memories.items() if number in expected.ids}
-        return replace(memory, stamp=frame.stamp, started=self._worked, plan=plan, memories=memories,
-                       image=SearchedImage(frame.bgr, plan.setup, frame.depth),
+        return replace(memory, image=frame, started=self._worked, plan=plan, memories=memories,
                        candidates=candidates if idle <= plan.schedule.search_time else ()), interval, idle
 
     def _one_network(self, networks: Networks, memory: CameraMemory, expected: ExpectedPeople) -> Looks:
         """Return the people that one network alone finds, as it has them."""
         (found,), _ = networks.search_part(memory.schedule.parts[0])
         people = accepted_people(found.poses, memory.plan.setup.acceptance, memory.image.size)[0]
-        return Looks.of_all(networks.feet(people, [None] * len(people), memory.stamp)[0].people, expected)
+        return Looks.of_all(networks.feet(people, [None] * len(people), memory.image.stamp)[0].people, expected)
 
     def _newest(self, frame: ImageFrame) -> Optional[CameraMemory]:
         """Return the memory of an image, if it is the newest one of its camera."""
         memory = self._memories.of((frame.camera, frame.size))
-        return memory if memory is not None and memory.stamp == frame.stamp and frame.stamp > 0 else None
+        return memory if memory is not None and memory.image.stamp == frame.stamp and frame.stamp > 0 else None
 
     def _keep(self, frame: ImageFrame, memory: CameraMemory) -> None:
         if frame.stamp > 0:
@@ -306,7 +303,7 @@ class NetworkDetection:
 
     def _cameras(self, stamp: float) -> int:
         """Return the number of cameras in use at a stamp [s]."""
-        return sum(abs(stamp - memory.stamp) <= memory.plan.schedule.search_time
+        return sum(abs(stamp - memory.image.stamp) <= memory.plan.schedule.search_time
                    for memory in self._memories.all() if memory is not None) or 1
 
     def _learn(self, runs: Sequence[Run], begin: float) -> None:
@@ -333,12 +330,13 @@ def people_in(bgr: np.ndarray, detector: Detector, depth: Optional[DepthView] = 
 def _seen_before(person: Person, memory: CameraMemory, interval: float) -> Person:
     """Return a candidate of the image before, as it is expected in this one, after a time [s]."""
     pose = person.expected if person.crop is None else person.crop
-    return Person(pose, memory=person.remembered(pose[:, 2], memory.stamp), spread=TRACKING.spread_growth * interval)
+    remembered = person.remembered(pose[:, 2], memory.image.stamp)
+    return Person(pose, memory=remembered, spread=TRACKING.spread_growth * interval)
 
 
 def _chosen(people: Sequence[Person], memory: CameraMemory, interval: float) -> List[int]:
     """Return the indices of the people who are looked at in an image, a time [s] after the one before."""
-    plan, stamp, schedule = memory.plan, memory.stamp, memory.plan.schedule
+    plan, stamp, schedule = memory.plan, memory.image.stamp, memory.plan.schedule
     shares = [max(person.visibility, schedule.least_visibility) for person in people]
     waits = [share * (person.since_look(stamp) + interval / 2) for share, person in zip(shares, people)]
     # an image that comes twice, or late, is looked at anew
@@ -363,7 +361,7 @@ def _searched(people: Sequence[Person], networks: Networks, memory: CameraMemory
     look = networks.look(found, chosen)
     runs += look.runs
     if memory.image.depth is not None and memory.plan.setup.recipe.refinements:
-        look = networks.heads(look.people, memory.stamp)
+        look = networks.heads(look.people, memory.image.stamp)
         runs += look.runs
     return Look(look.people, tuple(runs))
 
@@ -393,9 +391,9 @@ def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> T
 
 def _decided(people: Sequence[Person], memory: CameraMemory) -> Tuple[Looks, CameraMemory]:
     """Return the detections in an image by all opinions on its people, and the memory with them."""
-    setup = memory.plan.setup
+    setup, image = memory.plan.setup, memory.image
     found = [person for person in people if person.found]
-    detections, kept = accepted_people(voted(found, setup.recipe, memory.stamp), setup.acceptance, memory.image.size)
+    detections, kept = accepted_people(voted(found, setup.recipe, image.stamp), setup.acceptance, image.size)
     refused = [found[i] for i in np.setdiff1d(np.arange(len(found)), kept)]
     named = [found[i] for i in kept]
     rest = [*refused, *(person for person in people if not person.found)]
@@ -411,6 +409,6 @@ def _with_feet(looks: Looks, networks: Networks, memory: CameraMemory, hurried: 
     """Return what was looked at with toes and heels, the memory with them, and the runs; see `Networks.feet`."""
     named = memory.persons[:len(looks.people)]
     known = [one.memory.feet if one.memory and memory.plan.follows else None for one in named]
-    (people, feet, _), runs = networks.feet(looks.people, known, memory.stamp, hurried)
+    (people, feet, _), runs = networks.feet(looks.people, known, memory.image.stamp, hurried)
     persons = [*(replace(one, feet=seen) for one, seen in zip(named, feet)), *memory.persons[len(named):]]
     return looks._replace(people=people), replace(memory, persons=persons), runs

@@ -16,7 +16,7 @@ from openpose_ros_pkg.ensemble import area
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.skeletons import SkeletonModel
 
-_HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear')
+HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear')
 _OUTER = ('elbow', 'wrist', 'knee', 'ankle')
 _FEET = ('toe', 'heel')
 _TRUNK = ('right_shoulder', 'left_shoulder', 'left_hip', 'right_hip')
@@ -285,7 +285,7 @@ def _body_parts(skeleton: SkeletonModel) -> Tuple[np.ndarray, np.ndarray, np.nda
     """Return the joints of limbs, (L, 2), of the trunk, in their order round it, and of the head."""
     index = skeleton.index
     limbs = np.array([(index[start], index[end]) for start, end in skeleton.drawn_limbs], np.int64).reshape(-1, 2)
-    trunk, head = (np.array([index[joint] for joint in part if joint in index], np.int64) for part in (_TRUNK, _HEAD))
+    trunk, head = (np.array([index[joint] for joint in part if joint in index], np.int64) for part in (_TRUNK, HEAD))
     return limbs, trunk, head
 
 

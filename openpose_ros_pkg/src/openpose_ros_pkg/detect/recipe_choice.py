@@ -21,7 +21,7 @@ from openpose_ros_pkg.detect.recipes import (
     mode_of,
     wanted_zooms,
 )
-from openpose_ros_pkg.detect.views import full_image_plans, prepare_views
+from openpose_ros_pkg.detect.views import prepare_views, views_of
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.model_registry import AUTO, MOVENET_THUNDER
@@ -328,8 +328,7 @@ def _scaled(box: Tuple[int, int], scale: float, multiple: int) -> Tuple[int, int
 
 
 def _pixels(network_pass: NetworkPass, size: Tuple[int, int]) -> int:
-    pixels = sum(plan.net_size[0] * plan.net_size[1] for plan in full_image_plans(size, network_pass))
-    return 2 * pixels if network_pass.mirror else pixels
+    return sum(view.net_size[0] * view.net_size[1] for view in views_of(size, network_pass))
 
 
 def _inputs(recipe: Recipe, size: Tuple[int, int], columns: Optional[Tuple[int, int]]) -> Dict[str, np.ndarray]:

@@ -1,5 +1,4 @@
 """What a network sees of an image: all of it at some sizes, or its mirror image; and the people it finds there."""
-import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Dict, List, Optional, Sequence, Tuple
 
@@ -8,7 +7,6 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectThresholds, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DECODE, DecodeParams, decode_fields
-from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
 from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
@@ -133,42 +131,16 @@ class PreparedView:
         return PreparedView(replace(self.view, turns=turns), np.ascontiguousarray(np.rot90(self.input, turns)))
 
     def compute(self, network: Backend) -> 'ComputedView':
-        """Let the network compute it, and measure the time."""
-        begin = time.perf_counter()
-        outputs = tuple(output[0] for output in network.infer(self.input[np.newaxis]))
-        return ComputedView(self.view, outputs, time.perf_counter() - begin)
-
-
-@dataclass(frozen=True)
-class SearchedImage:
-    """An image, and what it is searched with."""
-
-    bgr: np.ndarray  # (H, W, 3) uint8, the image
-    setup: Setup
-    depth: Optional[DepthView] = None  # of the image; None: it is not known
-
-    @property
-    def size(self) -> Tuple[int, int]:
-        """Width and height [px]."""
-        return self.bgr.shape[1], self.bgr.shape[0]
+        """Let the network compute it."""
+        return ComputedView(self.view, tuple(output[0] for output in network.infer(self.input[np.newaxis])))
 
 
 @dataclass(frozen=True)
 class ComputedView:
-    """A view after the network; outputs: of the network, without the axis of the images; seconds: that it took [s]."""
+    """A view after the network; outputs: of the network, without the axis of the images."""
 
     view: View
     outputs: Tuple[np.ndarray, ...]
-    seconds: float
-
-
-def full_image_plans(size: Tuple[int, int], network_pass: NetworkPass) -> List[ImageToNet]:
-    """Return how an image of (width, height) [px] is brought to each size of a pass.
-
-    Raises:
-        BadInputError: it is too long and thin.
-    """
-    return [fit_recipe(size, network_pass.model.input, network_pass.box, zoom) for zoom in network_pass.zooms]
 
 
 def views_of(size: Tuple[int, int], network_pass: NetworkPass, columns: Optional[Tuple[int, int]] = None
@@ -182,7 +154,8 @@ def views_of(size: Tuple[int, int], network_pass: NetworkPass, columns: Optional
     Raises:
         BadInputError: it is too long and thin.
     """
-    plans, left = full_image_plans(size, network_pass), 0
+    plans = [fit_recipe(size, network_pass.model.input, network_pass.box, zoom) for zoom in network_pass.zooms]
+    left = 0
     if columns is not None and columns != (0, size[0]):
         left, right = columns
         plans = [fit_image((right - left, size[1]), -1, plan.scaled_size[1], network_pass.model.input.multiple_of)
