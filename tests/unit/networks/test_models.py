@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
-from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_pkg.networks.model_registry import LANDMARK_MODELS, MOBILENET_THIN, MODELS
 from openpose_ros_pkg.networks.model_types import Archive, UserFiles, WebSource, WeightsFile
-from openpose_ros_pkg.networks.models import find_model, weights_path
+from openpose_ros_pkg.networks.models import default_model_folder, find_model, weights_path
 
 CONTENT = b'weights'
 

@@ -10,7 +10,7 @@ import pytest
 
 from browser import Browser, chromium
 from development import PACKAGES
-from openpose_ros_pkg.networks.model_folder import default_model_folder
+from openpose_ros_pkg.networks.models import default_model_folder
 from openpose_ros_web import three_js
 from openpose_ros_web.protocol import encode
 from openpose_ros_web.server import Key, PeopleServer

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError
-from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_pkg.networks.model_types import Archive
-from openpose_ros_pkg.networks.models import file_digest
+from openpose_ros_pkg.networks.models import default_model_folder, file_digest
 from openpose_ros_pkg.networks.weights_install import archive_member, fetch_archive, say
 from openpose_ros_pkg.output.files import write_whole
 

@@ -1,12 +1,12 @@
 """Find pose networks by name, and their weights."""
 import hashlib
 import logging
+import os
 from pathlib import Path
 from typing import List, Optional, Tuple
 
 from openpose_ros_pkg.errors import MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.model_description import read_description
-from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.model_registry import ALIASES, AUTO, BY_NAME, MODELS
 from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebSource, WeightsFile
 from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_network_file
@@ -16,6 +16,19 @@ _log = logging.getLogger(__name__)
 
 # Names and aliases of the registry, with '_' for '-', which mean the same.
 _REGISTERED = {name.replace('-', '_'): ALIASES.get(name, name) for name in (*MODELS, *ALIASES)}
+
+
+def default_model_folder() -> Path:
+    """Return the cache outside the source tree: $OPENPOSE_ROS_CACHE/models, else the user's cache folder."""
+    cache = os.environ.get('OPENPOSE_ROS_CACHE')
+    if cache:
+        return Path(cache) / 'models'
+    return Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache') / 'openpose_ros' / 'models'
+
+
+def model_folder_of(parameter: str) -> Path:
+    """Return the folder of all models that the parameter `model_folder` names; empty: the default one."""
+    return Path(parameter).expanduser() if parameter else default_model_folder()
 
 
 def find_model(pose_model: str, model_folder: str = '') -> Model:

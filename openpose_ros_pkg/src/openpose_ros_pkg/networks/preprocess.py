@@ -1,6 +1,6 @@
 """The network's input of an image, and the coordinate transform between the two."""
 from dataclasses import dataclass, replace
-from typing import Optional, Tuple
+from typing import Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -58,9 +58,7 @@ class ImageToNet:
             return np.ascontiguousarray(scaled)
         left, top = self.offset
         border = top, self.net_size[1] - self.scaled_size[1] - top, left, self.net_size[0] - self.scaled_size[0] - left
-        if padding is None:
-            return cv2.copyMakeBorder(scaled, *border, cv2.BORDER_REPLICATE)
-        return cv2.copyMakeBorder(scaled, *border, cv2.BORDER_CONSTANT, value=(padding,) * 3)
+        return _padded(scaled, border, padding)
 
 
 def _resized(image: np.ndarray, size: Tuple[int, int]) -> np.ndarray:
@@ -136,8 +134,9 @@ def cut(bgr: np.ndarray, part: Tuple[int, int, int, int], padding: Optional[int]
     bottom, right = top + height, left + width
     beyond = [max(pixels, 0) for pixels in (-top, bottom - bgr.shape[0], -left, right - bgr.shape[1])]
     inside = bgr[max(top, 0):bottom, max(left, 0):right]
-    if not any(beyond):
-        return inside
-    if padding is None:
-        return cv2.copyMakeBorder(inside, *beyond, cv2.BORDER_REPLICATE)
-    return cv2.copyMakeBorder(inside, *beyond, cv2.BORDER_CONSTANT, value=(padding,) * 3)
+    return _padded(inside, beyond, padding) if any(beyond) else inside
+
+
+def _padded(image: np.ndarray, border: Sequence[int], padding: Optional[int]) -> np.ndarray:
+    kind = cv2.BORDER_REPLICATE if padding is None else cv2.BORDER_CONSTANT
+    return cv2.copyMakeBorder(image, *border, kind, value=(padding or 0,) * 3)

@@ -20,9 +20,8 @@ from typing import IO, Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
 from openpose_ros_pkg.command_line import Progress
 from openpose_ros_pkg.errors import ModelError
-from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.model_types import Archive, Model, UserFiles, WebSource, WeightsFile
-from openpose_ros_pkg.networks.models import file_digest, file_fault, how_to_get, weights_path
+from openpose_ros_pkg.networks.models import file_digest, file_fault, how_to_get, model_folder_of, weights_path
 from openpose_ros_pkg.networks.tfjs import frozen_graph
 from openpose_ros_pkg.output.files import write_whole
 

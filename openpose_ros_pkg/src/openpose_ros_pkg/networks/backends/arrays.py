@@ -1,4 +1,6 @@
-"""Conversion of images and outputs for runtimes that can not do it in the graph."""
+"""What runtimes have in common: names of outputs, and conversion of arrays where that can not be in the graph."""
+from typing import Collection, Iterable, List, Sequence
+
 import cv2
 import numpy as np
 
@@ -37,3 +39,19 @@ def own_output(output: np.ndarray, model: Model, layout: str) -> np.ndarray:
     if model.decoder == Decoder.PAF and layout == 'NHWC' and output.ndim == 4:
         output = output.transpose(0, 3, 1, 2)
     return np.array(output, np.float32, order='C')
+
+
+def output_names(wanted: Sequence[str], there: Collection[str], outputs: Iterable[str]) -> List[str]:
+    """Return the names of outputs as they are there, with or without the number of a tensor of TensorFlow.
+
+    Args:
+        outputs: of the graph, for the error.
+
+    Raises:
+        ValueError: an output is not there.
+    """
+    found = [[each for each in (name, f'{name}:0', name.split(':')[0]) if each in there] for name in wanted]
+    missing = [name for name, names in zip(wanted, found) if not names]
+    if missing:
+        raise ValueError(f"it has no output {', '.join(missing)}; its outputs are {', '.join(outputs)}")
+    return [names[0] for names in found]

@@ -12,7 +12,7 @@ import stat
 from pathlib import Path
 from typing import Optional
 
-from openpose_ros_pkg.networks.model_folder import default_model_folder
+from openpose_ros_pkg.networks.models import default_model_folder
 from openpose_ros_pkg.output.files import write_whole
 
 _log = logging.getLogger(__name__)

@@ -7,7 +7,7 @@ import onnxruntime as ort
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams
-from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
+from openpose_ros_pkg.networks.backends.arrays import network_input, output_names, own_output
 from openpose_ros_pkg.networks.model_types import Model
 
 _PROVIDERS = {'cpu': 'CPUExecutionProvider', 'cuda': 'CUDAExecutionProvider', 'tensorrt': 'TensorrtExecutionProvider'}
@@ -36,6 +36,8 @@ class OnnxruntimeBackend(Backend):
         options.add_session_config_entry('session.intra_op.allow_spinning', '0')
         try:
             self._session = ort.InferenceSession(str(weights), options, providers=_providers(params))
+            existing = [output.name for output in self._session.get_outputs()]
+            self._outputs = output_names(model.outputs or existing, existing, existing)
         except Exception as error:  # its errors have no common class of their own
             raise ModelError(f'onnxruntime can not load {weights} as {model.name}: {error}') from error
         # It falls back to the processor without an error.
@@ -43,7 +45,6 @@ class OnnxruntimeBackend(Backend):
             raise _no_device(device, f'the network would run on {self._session.get_providers()[0]}; are the libraries '
                                      'of the GPU installed in the versions that it needs?')
         self._input = self._session.get_inputs()[0].name
-        self._outputs = _output_names(self._session, weights, model)
         self.description = f'onnxruntime {ort.__version__} (device {device}, precision {precision})'
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
@@ -60,22 +61,7 @@ def _no_device(device: str, reason: str) -> ParameterError:
 def _providers(params: BackendParams) -> List[Any]:
     """Return the execution providers of a device with their options, in the order of preference."""
     # TF32 keeps 11 bits of each number.
-    cuda: Dict[str, Any] = {'device_id': params.num_gpu_start, 'use_tf32': int(params.precision == 'auto')}
-    tensorrt: Dict[str, Any] = {'device_id': params.num_gpu_start, 'trt_fp16_enable': params.precision == 'auto'}
-    chains: Dict[str, List[Any]] = {
-        'cpu': [_PROVIDERS['cpu']],
-        'cuda': [(_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']],
-        'tensorrt': [(_PROVIDERS['tensorrt'], tensorrt), (_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']]}
-    return chains[params.device]
-
-
-def _output_names(session: ort.InferenceSession, weights: Path, model: Model) -> List[str]:
-    existing = [output.name for output in session.get_outputs()]
-    if not model.outputs:
-        return existing
-    names = [name if name in existing else f'{name}:0' for name in model.outputs]
-    missing = [name for name, full in zip(model.outputs, names) if full not in existing]
-    if missing:
-        raise ModelError(f'onnxruntime can not load {weights} as {model.name}: it has no output '
-                         f"{', '.join(missing)}; its outputs are {', '.join(existing)}")
-    return names
+    fast, gpu, names = params.precision == 'auto', params.num_gpu_start, list(_PROVIDERS)
+    options: Dict[str, Any] = {'cpu': {}, 'cuda': {'device_id': gpu, 'use_tf32': int(fast)},
+                               'tensorrt': {'device_id': gpu, 'trt_fp16_enable': fast}}
+    return [(_PROVIDERS[name], options[name]) for name in names[names.index(params.device)::-1]]

@@ -7,7 +7,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams
-from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
+from openpose_ros_pkg.networks.backends.arrays import network_input, output_names, own_output
 from openpose_ros_pkg.networks.model_types import InputRecipe, Model
 
 
@@ -26,15 +26,10 @@ class OpencvBackend(Backend):
         target = _target(params.device, params.precision)
         try:
             self._net = _read(model, weights)
-        except cv2.error as error:
+            existing = self._net.getUnconnectedOutLayersNames()
+            self._outputs = output_names(model.outputs or existing, self._net.getLayerNames(), existing)
+        except (cv2.error, ValueError) as error:
             raise ModelError(f'OpenCV can not load {weights} as {model.name}: {error}') from error
-        self._outputs = [name[:-2] if name.endswith(':0') else name
-                         for name in model.outputs or self._net.getUnconnectedOutLayersNames()]
-        existing = self._net.getLayerNames()
-        missing = [name for name in self._outputs if name not in existing]
-        if missing:
-            raise ModelError(f"OpenCV can not load {weights} as {model.name}: it has no layer {', '.join(missing)}; "
-                             f"its outputs are {', '.join(self._net.getUnconnectedOutLayersNames())}")
         if params.threads > 0:
             cv2.setNumThreads(params.threads)
         if params.device == 'cuda':

@@ -15,6 +15,7 @@ import openvino as ov
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams
+from openpose_ros_pkg.networks.backends.arrays import output_names
 from openpose_ros_pkg.networks.backends.compiled_cache import open_cache
 from openpose_ros_pkg.networks.model_types import Decoder, InputRecipe, Model, Shape
 
@@ -207,11 +208,7 @@ def _with_outputs(graph: ov.Model, model: Model) -> ov.Model:
         nodes[node.get_friendly_name()] = node.output(0)
         tensors.update({name: output for output in node.outputs() for name in output.get_names()})
     found = {**nodes, **tensors}  # a node may be called as one of its tensors, not always as the first
-    names = [name if name in found else f'{name}:0' for name in model.outputs]
-    missing = [name for name, full in zip(model.outputs, names) if full not in found]
-    if missing:
-        existing = ', '.join(output.get_any_name() for output in graph.outputs)
-        raise ValueError(f"it has no node {', '.join(missing)}; its outputs are {existing}")
+    names = output_names(model.outputs, found, (output.get_any_name() for output in graph.outputs))
     return ov.Model([found[name] for name in names], graph.get_parameters())
 
 
