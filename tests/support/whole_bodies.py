@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from openpose_ros_pkg.landmarks.face_shape import SHAPE
+from openpose_ros_pkg.landmarks.face_points import SHAPE
 from openpose_ros_pkg.networks.model_types import SIMCC_INPUT, Decoder, Model, UserFiles
 from openpose_ros_pkg.people import keypoints_in
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, WHOLE_BODY_133

@@ -33,8 +33,7 @@ from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
-from openpose_ros_pkg.landmarks.params import LandmarkParams
-from openpose_ros_pkg.landmarks.records import Landmarks2D
+from openpose_ros_pkg.landmarks.records import LandmarkParams, Landmarks2D
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.output.files import check_outputs, natural_key, numbered_name
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams

@@ -9,7 +9,7 @@ from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.landmarks.body_landmarks import create_body_landmarks
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
-from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import LandmarkParams
 from openpose_ros_pkg.params.parameters import build
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.settings import EstimatorSettings

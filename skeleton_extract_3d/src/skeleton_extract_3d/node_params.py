@@ -2,7 +2,7 @@
 from dataclasses import dataclass
 from typing import Any, Dict, Tuple, Type
 
-from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import LandmarkParams
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.params.nodes import (
     CAMERA_DOC,

@@ -14,7 +14,7 @@ from openpose_ros_pkg.detect.recipe_choice import recipe_of
 from openpose_ros_pkg.detect.recipes import DetectorParams, DetectorSettings
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.landmarks.landmark_network import LANDMARKS
-from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import LandmarkParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import BODY_25
 from skeleton_extract_3d.chain import PeopleChain

@@ -10,7 +10,7 @@ from test_regions import turned
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.landmarks.landmark_network import FACE, HAND, LANDMARKS
-from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import LandmarkParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
-from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import LandmarkParams
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.self_check import reference_path
 from openpose_ros_pkg.networks.model_registry import FACE_LANDMARK, HAND_LANDMARK

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.landmarks.face_mesh import face_points
+from openpose_ros_pkg.landmarks.face_points import face_points
 from openpose_ros_pkg.landmarks.regions import Region, face_regions, face_width
 
 # A flat open right hand, fingers up, in units of its own: wrist, then thumb to little finger.

@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 from test_landmark_detector import BOTH, body, people
 
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
-from openpose_ros_pkg.landmarks.face_shape import SHAPE, with_depth
+from openpose_ros_pkg.landmarks.face_points import SHAPE, with_depth
 from openpose_ros_pkg.landmarks.landmark_network import LANDMARKS
 from openpose_ros_pkg.people import People2D
 

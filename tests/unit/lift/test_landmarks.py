@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from openpose_ros_pkg.landmarks.face_shape import SHAPE, with_depth
+from openpose_ros_pkg.landmarks.face_points import SHAPE, with_depth
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, MESH_POINTS, Faces2D, Hands2D, Landmarks2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD

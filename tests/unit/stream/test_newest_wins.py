@@ -1,7 +1,7 @@
 """The worker keeps callbacks short: it works on the newest item and survives errors."""
 import threading
 
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.frame_loop import NewestWinsWorker
 
 TIMEOUT = 30.0
 

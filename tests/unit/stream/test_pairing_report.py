@@ -1,8 +1,7 @@
 """Why two streams do not pair, and that the parameters which the report suggests pair them."""
 import pytest
 
-from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
-from openpose_ros_pkg.stream.pairing_report import pairing_report
+from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher, pairing_report
 from two_streams import EPOCH
 
 IMAGE, CLOUD = 0, 1

@@ -7,7 +7,7 @@ from chain_runs import BEGIN, open_sequence
 from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.landmarks.landmark_network import FACE, HAND
-from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import LandmarkParams
 from openpose_ros_pkg.networks.backends import create_backend
 from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.parameters import build

@@ -20,7 +20,7 @@ import numpy as np
 
 from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera
 from openpose_ros_pkg.errors import ModelError, ParameterError
-from openpose_ros_pkg.landmarks.face_mesh import face_points
+from openpose_ros_pkg.landmarks.face_points import face_points
 from openpose_ros_pkg.landmarks.landmark_network import (
     FACE,
     HAND,
@@ -31,8 +31,7 @@ from openpose_ros_pkg.landmarks.landmark_network import (
     LandmarkObservation,
     Target,
 )
-from openpose_ros_pkg.landmarks.params import LandmarkParams
-from openpose_ros_pkg.landmarks.records import Faces2D, Hands2D, Landmarks2D
+from openpose_ros_pkg.landmarks.records import Faces2D, Hands2D, LandmarkParams, Landmarks2D
 from openpose_ros_pkg.landmarks.regions import (
     HAND_REGION,
     face_regions,

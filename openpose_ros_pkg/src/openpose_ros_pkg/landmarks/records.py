@@ -1,8 +1,10 @@
-"""Hands and faces in an image: the types that pass between networks, painter, lifting and converters."""
+"""Hands and faces in an image: which are wanted, and the types between networks, painter, lifting and converters."""
 from dataclasses import dataclass
 from typing import Any, Optional, Tuple
 
 import numpy as np
+
+from openpose_ros_pkg.params.parameters import Parameters, parameter
 
 # Points of a hand in the order of OpenPose: wrist, then thumb, index, middle, ring and little finger from base to tip.
 HAND_POINTS = 21
@@ -12,6 +14,16 @@ HAND_POINT_NAMES = ('wrist', *(f'{finger}_{number}' for finger in ('thumb', 'ind
 FACE_POINTS = 70
 # Points of the mesh of MediaPipe's face network.
 MESH_POINTS = 468
+
+
+@dataclass(frozen=True)
+class LandmarkParams(Parameters):
+    """Hands and faces of the people."""
+
+    retired = ('least_hand_size', 'least_face_size', 'hand_threshold', 'face_threshold')
+
+    hands: bool = parameter(False, 'Find 21 points of each hand.')
+    face: bool = parameter(False, 'Find 70 points of each face.')
 
 
 def _check(record: Any, points: int, **more: Tuple[type, Tuple[int, ...]]) -> None:

@@ -3,8 +3,7 @@ from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_pkg.landmarks.face_mesh import PUPILS
-from openpose_ros_pkg.landmarks.face_shape import with_depth
+from openpose_ros_pkg.landmarks.face_points import PUPILS, with_depth
 from openpose_ros_pkg.landmarks.landmark_network import (
     HAND,
     LANDMARKS,

@@ -6,7 +6,7 @@ from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.recipes import EnsembleParams, LiveDetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
-from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import LandmarkParams
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.recorder import SaveParams

@@ -11,8 +11,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.detect.recipe_choice import RATE
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
-from openpose_ros_pkg.landmarks.params import LandmarkParams
-from openpose_ros_pkg.landmarks.records import Landmarks2D
+from openpose_ros_pkg.landmarks.records import LandmarkParams, Landmarks2D
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.params.nodes import AnnotatedImageParams
 from openpose_ros_pkg.people import People2D
@@ -20,7 +19,7 @@ from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.timing_report import TimingReport
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.frame_loop import NewestWinsWorker
 
 # Frames whose results wait for a subscriber that does not read: 3 s at 30 Hz, and as many as a topic's queue in `rosbag
 # record` holds; an array of 20 people in space takes 30 kB.

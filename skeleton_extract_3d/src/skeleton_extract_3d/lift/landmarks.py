@@ -9,7 +9,7 @@ from typing import Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.landmarks.face_mesh import face_points
+from openpose_ros_pkg.landmarks.face_points import face_points
 from openpose_ros_pkg.landmarks.records import HAND_POINTS, Faces2D, Hands2D, Landmarks2D
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Landmarks3D, Points3D

@@ -7,7 +7,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.frame_loop import NewestWinsWorker
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage

@@ -11,7 +11,7 @@ from openpose_ros_msgs.msg import (
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
-from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import LandmarkParams
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE, LandmarkPublisher

@@ -13,8 +13,7 @@ import message_filters
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.input_watch import PATIENCE, InputWatch
-from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
-from openpose_ros_pkg.stream.pairing_report import pairing_report
+from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher, pairing_report
 
 
 class StampSynchronizer(message_filters.SimpleFilter):

@@ -12,7 +12,7 @@ from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.frame_loop import NewestWinsWorker
 from skeleton_extract_3d.node_params import VisualizationSettings
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import (

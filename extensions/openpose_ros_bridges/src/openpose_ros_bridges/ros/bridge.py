@@ -15,7 +15,7 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.frame_loop import NewestWinsWorker
 from openpose_ros_pkg.stream.pairing import PairingParams
 from openpose_ros_signals.ros.input_end import InputEnd
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer

@@ -27,7 +27,7 @@ from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE
 from openpose_ros_pkg.ros.threads import repeat
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.frame_loop import NewestWinsWorker
 from openpose_ros_pkg.stream.pairing import PAIRING
 from skeleton_extract_3d.points.transform import transform_people
 from skeleton_extract_3d.ros import convert

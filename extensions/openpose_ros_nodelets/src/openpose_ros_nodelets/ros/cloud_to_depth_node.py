@@ -12,7 +12,7 @@ from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.node import introduce, run_node
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.frame_loop import NewestWinsWorker
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.ros import convert
 

@@ -16,7 +16,7 @@ from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.node import introduce, run_node
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.frame_loop import NewestWinsWorker
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.transforms import Transforms
 

@@ -23,7 +23,7 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.frame_loop import NewestWinsWorker
 from openpose_ros_signals.node_params import SignalsParams
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader, forward_view, nearest_first

@@ -30,7 +30,7 @@ from openpose_ros_pkg.ros.health import RECENT, Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
 from openpose_ros_pkg.ros.threads import repeat
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.frame_loop import NewestWinsWorker
 from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_web import protocol
 from openpose_ros_web.node_params import WebParams

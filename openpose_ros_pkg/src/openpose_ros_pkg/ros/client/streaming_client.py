@@ -12,7 +12,7 @@ from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.frame_loop import NewestWinsWorker
 
 
 class StreamingClient:

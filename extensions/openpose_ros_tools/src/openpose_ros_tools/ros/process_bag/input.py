@@ -15,8 +15,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.ros.topics import CameraTopics, is_result, is_within
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS
-from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
-from openpose_ros_pkg.stream.pairing_report import pairing_report
+from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher, pairing_report
 from openpose_ros_tools.ros.bag_files import (
     StampedMessage,
     deserialized,

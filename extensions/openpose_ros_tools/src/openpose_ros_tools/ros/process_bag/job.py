@@ -10,7 +10,7 @@ from openpose_ros_pkg.detect.network_detection import create_detection
 from openpose_ros_pkg.detect.recipes import DetectorSettings
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import LandmarkParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.topics import FOUND, CameraTopics

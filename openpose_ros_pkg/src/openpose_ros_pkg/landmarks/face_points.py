@@ -1,11 +1,20 @@
-"""The depth of the points of a face in an image, by the shape of an average face."""
+"""OpenPose's 70 points of a face: from the mesh of MediaPipe's network, and with depths, by an average face."""
 import numpy as np
 
-from openpose_ros_pkg.landmarks.face_mesh import PUPILS
+from openpose_ros_pkg.landmarks.records import FACE_POINTS
 from openpose_ros_pkg.skeletons import WHOLE_BODY_133
 
+# Points 0-67, those of iBUG, are the means of these points of the mesh; all but the brows are one point.
+_JAW = (162, 234, 93, 58, 172, 136, 149, 148, 152, 377, 378, 365, 397, 288, 323, 454, 389)
+_BROWS = ((70, 63, 105, 66, 107, 336, 296, 334, 293, 300), (46, 53, 52, 65, 55, 285, 295, 282, 283, 276))
+_NOSE = (168, 197, 5, 4, 75, 97, 2, 326, 305)
+_EYES = (33, 160, 158, 133, 153, 144, 362, 385, 387, 263, 373, 380)
+_MOUTH = (61, 39, 37, 0, 267, 269, 291, 405, 314, 17, 84, 181, 78, 82, 13, 312, 308, 317, 14, 87)
+_FIRST, _SECOND = (np.array(_JAW + brow + _NOSE + _EYES + _MOUTH) for brow in _BROWS)
+# Points of the right and of the left eye, whose means are the pupils.
+PUPILS = (slice(36, 42), slice(42, 48))
 # Right half and middle of the 68 points of iBUG: to the person's left, up, ahead [cm], from the middle of the head.
-# Means of vertices, as in `face_mesh`, of MediaPipe's canonical face model: google-ai-edge/mediapipe,
+# Means of vertices, as in `face_points`, of MediaPipe's canonical face model: google-ai-edge/mediapipe,
 # mediapipe/modules/face_geometry/data/canonical_face_model.obj (Apache-2.0).
 _RIGHT = {
     0: (-7.556, 4.107, -0.992), 1: (-7.664, 0.673, -2.436), 2: (-7.542, -1.049, -2.431), 3: (-6.720, -4.789, -1.745),
@@ -22,6 +31,15 @@ _RIGHT = {
 MIRRORED = np.array([*np.subtract(WHOLE_BODY_133.swap[23:91], 23), 69, 68])
 # Greatest condition number of the spread of points that tell a direction: no plane of them alone.
 _MOST_CONDITION = 1e4
+
+
+def face_points(mesh: np.ndarray) -> np.ndarray:
+    """Return the 70 points of OpenPose, (..., 70, D), of a face mesh, (..., 468, D), or of just these points."""
+    if mesh.shape[-2] == FACE_POINTS:
+        return mesh
+    points = (mesh[..., _FIRST, :] + mesh[..., _SECOND, :]) / 2
+    pupils = [points[..., eye, :].mean(axis=-2, keepdims=True) for eye in PUPILS]
+    return np.concatenate([points, *pupils], axis=-2)
 
 
 def _shape() -> np.ndarray:
