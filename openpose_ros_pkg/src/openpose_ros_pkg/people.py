@@ -24,10 +24,8 @@ def keypoints_in(keypoints: np.ndarray, source: SkeletonModel, target: SkeletonM
     """
     if source == target:
         return keypoints.copy()
-    result = np.full((len(keypoints), len(target.joints), 3), (np.nan, np.nan, 0), keypoints.dtype)
-    (rows, columns), middles = _common_joints(source, target)
-    result[:, rows] = keypoints[:, columns]
-    for i, ends in middles:
+    result = values_in(keypoints, source, target, (np.nan, np.nan, 0))
+    for i, ends in _common_joints(source, target)[1]:
         pair = keypoints[:, ends]
         result[:, i, :2] = pair[..., :2].mean(axis=1)
         result[:, i, 2] = pair[..., 2].min(axis=1)
@@ -44,14 +42,13 @@ def _common_joints(source: SkeletonModel, target: SkeletonModel
     return ([i for i, _ in common], [i for _, i in common]), middles
 
 
-def values_in(values: np.ndarray, source: SkeletonModel, target: SkeletonModel, missing: float) -> np.ndarray:
+def values_in(values: np.ndarray, source: SkeletonModel, target: SkeletonModel, missing: Any) -> np.ndarray:
     """Return values (P, K, ...) of the joints of one joint set in another, (P, L, ...); `missing` where it has none."""
     if source == target:
         return values
     result = np.full((len(values), len(target.joints), *values.shape[2:]), missing, values.dtype)
-    for row, joint in enumerate(target.joints):
-        if joint in source.index:
-            result[:, row] = values[:, source.index[joint]]
+    (rows, columns), _ = _common_joints(source, target)
+    result[:, rows] = values[:, columns]
     return result
 
 

@@ -1,7 +1,7 @@
 """How often a repeated fault is reported."""
 import threading
 import time
-from typing import Callable, Dict
+from typing import Dict
 
 # A fault of a kind is reported once in this time [s]; the others are counted.
 WARNING_PERIOD = 5.0
@@ -12,18 +12,16 @@ class Throttle:
 
     Args:
         period: between two of a kind [s].
-        now: the time [s]; only differences count.
     """
 
-    def __init__(self, period: float = WARNING_PERIOD, now: Callable[[], float] = time.monotonic) -> None:
-        self._period, self._now = period, now
-        self._lock = threading.Lock()
+    def __init__(self, period: float = WARNING_PERIOD) -> None:
+        self._period, self._lock = period, threading.Lock()
         self._reported: Dict[str, float] = {}
 
     def is_due(self, kind: str) -> bool:
         """Return whether a fault of this kind is reported now."""
         with self._lock:
-            now = self._now()
+            now = time.monotonic()
             if now - self._reported.get(kind, -float('inf')) < self._period:
                 return False
             self._reported[kind] = now

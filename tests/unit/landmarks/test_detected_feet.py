@@ -46,7 +46,7 @@ def landmarks(visibility=0.9, **moved):
         ankle = points[BLAZEPOSE_33.index[f'{side}_ankle']]
         for part, offset in (('heel', HEEL), ('big_toe', TOE)):
             points[BLAZEPOSE_33.index[f'{side}_{part}']] = ankle + offset
-    return BodyLandmarks(points, visible, visible, 0.9, np.zeros((33, 3)))
+    return BodyLandmarks(points, visible, 0.9, np.zeros((33, 3)))
 
 
 class Told:

@@ -36,7 +36,7 @@ def body_of(xyz, size=1.0):
     for joint, name in enumerate(COCO_18.joints):
         if name in BLAZEPOSE_33.index:
             world[BLAZEPOSE_33.index[name]] = (xyz[joint] - middle) / (size * SCALE * METHOD.monocular.scale)
-    return BodyLandmarks(np.zeros((33, 2)), np.ones(33), np.ones(33), 1.0, world)
+    return BodyLandmarks(np.zeros((33, 2)), np.ones(33), 1.0, world)
 
 
 class Bodies:

@@ -13,7 +13,7 @@ from openpose_ros_pkg.detect.existence import EXISTENCE
 from openpose_ros_pkg.detect.following import FollowingParams, Person, voted, with_crop, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds
-from openpose_ros_pkg.detect.recipe_choice import RATE, TargetRateConstants, seconds_per_pixel
+from openpose_ros_pkg.detect.recipe_choice import RATE, seconds_per_pixel
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Part, ScheduleConstants, strips
 from openpose_ros_pkg.detect.tracking import person_sizes
 from openpose_ros_pkg.detect.views import Setup, prepare_views, views_of
@@ -79,8 +79,7 @@ class SearchPlan:
     schedule: ScheduleConstants = SCHEDULE
 
     @classmethod
-    def of(cls, detector: Detector, following: FollowingParams, fixed: Optional[Dict[str, float]],
-           schedule: ScheduleConstants = SCHEDULE, rate: TargetRateConstants = RATE) -> 'SearchPlan':
+    def of(cls, detector: Detector, following: FollowingParams, fixed: Optional[Dict[str, float]]) -> 'SearchPlan':
         """Return the plan for the present parameters; fixed: [s] per pixel by model; None: measured where needed."""
         setup = detector.setup
         follows = bool(setup.recipe.refinements) and following.wanted(setup.settings.detector)
@@ -88,10 +87,10 @@ class SearchPlan:
         if follows and fixed is None:
             # a part is what is searched
             seconds = seconds_per_pixel(setup.recipe, setup.networks, detector.threads,
-                                        strips(rate.image_size[0], schedule.most_strips)[0], rate)
+                                        strips(RATE.image_size[0], SCHEDULE.most_strips)[0])
         runs = {model: (one,) * _PACE_RUNS for model, one in seconds.items()}
         pace = Pace(runs if setup.feet is None else {POSE_LANDMARK.name: (), **runs}, fixed is not None)
-        return cls(setup, follows, pace, pace, schedule)
+        return cls(setup, follows, pace, pace)
 
     @property
     def of_person(self) -> float:

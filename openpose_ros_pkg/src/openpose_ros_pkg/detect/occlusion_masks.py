@@ -110,7 +110,8 @@ def foregrounds(people: np.ndarray, skeleton: SkeletonModel, depth: Optional[Dep
     xy = people[..., :2].reshape(-1, 2)
     samples = median_depths(depth, xy, image_size).reshape(people.shape[:2])
     sure = np.isfinite(samples) & (people[..., 2] >= cover.sure_joint)
-    weights = (np.where(sure, people[..., 2], 0.0) * _joint_weights(skeleton, layers)).astype(people.dtype)
+    shares = [layers.limb_weight if joint.split('_')[-1] in (*_OUTER, *_FEET) else 1.0 for joint in skeleton.joints]
+    weights = (np.where(sure, people[..., 2], 0.0) * np.array(shares)).astype(people.dtype)
     on_bodies = _at(masks, xy, image_size).reshape(len(people), *samples.shape) > 0
     distances = _distances(samples, weights, on_bodies, layers)
     parts = [cv2.boundingRect(mask) for mask in masks]
@@ -157,11 +158,6 @@ def _distances(samples: np.ndarray, weights: np.ndarray, on_bodies: np.ndarray, 
         foreign = on_bodies[nearest] & (np.abs(samples - medians[nearest]) < layers.reach)
         visible = np.where(foreign & left[:, None], 0.0, visible)
     return distances
-
-
-def _joint_weights(skeleton: SkeletonModel, layers: LayerConstants) -> np.ndarray:
-    limbs = (*_OUTER, *_FEET)
-    return np.array([layers.limb_weight if joint.split('_')[-1] in limbs else 1.0 for joint in skeleton.joints])
 
 
 def median_depths(depth: DepthView, xy: np.ndarray, image_size: Tuple[int, int]) -> np.ndarray:

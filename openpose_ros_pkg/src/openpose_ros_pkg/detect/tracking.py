@@ -259,13 +259,10 @@ class Mounting:
 
 
 class PerCamera(Generic[Value]):
-    """A value for each camera, made when the camera is first used.
+    """A value for each camera, made when the camera is first used; of too many the longest unused one is forgotten."""
 
-    Of more than `most` cameras, the least recently used one is forgotten.
-    """
-
-    def __init__(self, create: Callable[[], Value], most: int = TRACKING.most_cameras) -> None:
-        self._create, self._most = create, most
+    def __init__(self, create: Callable[[], Value]) -> None:
+        self._create = create
         self._values: Dict[Hashable, Value] = {}  # the longest unused first
 
     def of(self, camera: Hashable) -> Value:
@@ -278,7 +275,7 @@ class PerCamera(Generic[Value]):
         """Replace the value of a camera."""
         self._values.pop(camera, None)
         self._values[camera] = value
-        if len(self._values) > self._most:
+        if len(self._values) > TRACKING.most_cameras:
             self._values.pop(next(iter(self._values)))
 
     def all(self) -> List[Value]:

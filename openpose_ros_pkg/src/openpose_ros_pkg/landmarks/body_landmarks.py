@@ -48,7 +48,6 @@ class BodyLandmarks:
 
     points: np.ndarray  # (33, 2) float64 [px of the image]
     visibility: np.ndarray  # (33,) float64 [0..1]: in the region, and hidden by nothing
-    presence: np.ndarray  # (33,) float64 [0..1]: in the region
     score: float  # of the person [0..1]
     # (33, 3) float64 [m] from the middle of the hips, axes as those of the image: x right, y down, z away from the
     # camera
@@ -122,11 +121,11 @@ def decoded(output: Sequence[np.ndarray], region: Region, constants: BodyLandmar
     """Return the landmarks of the outputs for a crop of a region: points, score, heat maps, and places in space."""
     side = BODY_CROP[0]
     points, score, maps = output[0].reshape(_GIVEN, _NUMBERS)[:_POINTS].astype(np.float64), output[1], output[2][0]
-    visibility, presence = _logistic(points[:, 3:]).T
+    visibility = _logistic(points[:, 3])
     xy = refined(points[:, :2] / side, maps[..., :_POINTS], constants) * side
     world = output[3].reshape(_GIVEN, 3)[:_POINTS].astype(np.float64)
     world[:, :2] = world[:, :2] @ region.axes
-    return BodyLandmarks(region.to_image(xy - 0.5, side), visibility, presence, float(score.reshape(())), world)
+    return BodyLandmarks(region.to_image(xy - 0.5, side), visibility, float(score.reshape(())), world)
 
 
 def refined(xy: np.ndarray, maps: np.ndarray, constants: BodyLandmarkConstants = BODY_LANDMARK_CONSTANTS) -> np.ndarray:

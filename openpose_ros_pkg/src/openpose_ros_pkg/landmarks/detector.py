@@ -59,10 +59,10 @@ class LandmarkMemory:
     observed: Mapping[Hashable, LandmarkObservation] = field(default_factory=dict)  # the newest
     tried: Mapping[Hashable, float] = field(default_factory=dict)  # when a network ran for each [s]
 
-    def recent(self, stamp: float, constants: LandmarkConstants, backstep: float) -> 'LandmarkMemory':
-        """Return what is not too old to be followed; nothing where stamps jump back by more than `backstep` [s]."""
+    def recent(self, stamp: float, constants: LandmarkConstants) -> 'LandmarkMemory':
+        """Return what is not too old to be followed; nothing where stamps jump back."""
         def holds(then: float) -> bool:
-            return -backstep <= stamp - then <= constants.follow_time
+            return -TRACKING.reset_backstep <= stamp - then <= constants.follow_time
         return LandmarkMemory({name: one for name, one in self.observed.items() if holds(one.stamp)},
                               {name: tried for name, tried in self.tried.items() if holds(tried)})
 
@@ -102,13 +102,11 @@ class LandmarkDetector:
         params: what is searched, and thresholds.
         load: loads the networks. One that is missing is a lasting fault; the other works on.
         whole_body: the people have points, so that no network is loaded.
-        backstep: stamps that go back by more end what is followed [s].
     """
 
     def __init__(self, params: LandmarkParams, load: LoadNetwork, constants: LandmarkConstants = LANDMARKS,
-                 backstep: float = TRACKING.reset_backstep, whole_body: bool = False) -> None:
-        self._params, self._load, self._constants, self._backstep = params, load, constants, backstep
-        self._whole_body = whole_body
+                 whole_body: bool = False) -> None:
+        self._params, self._load, self._constants, self._whole_body = params, load, constants, whole_body
         self._networks: Dict[Kind, LandmarkNetwork] = {}
         self._faults: Dict[Kind, str] = {}
         self._memories = PerCamera(LandmarkMemory)
@@ -154,8 +152,7 @@ class LandmarkDetector:
             bodies = no_points(len(people))
         # without a stamp there is no history; places in images of another size are other places
         key = (camera, bgr.shape[:2])
-        memory = self._memories.of(key) if stamp > 0 else LandmarkMemory()
-        memory = memory.recent(stamp, constants, self._backstep)
+        memory = self._memories.of(key).recent(stamp, constants) if stamp > 0 else LandmarkMemory()
         sources: Dict[Kind, Source] = dict(self._networks) if bodies is None else {
             kind: WholeBodyLandmarks(kind, bodies, constants) for kind in _kinds(params)}
         tasks = [_Task(sources[kind], target, memory.observed.get(target.name))

@@ -38,7 +38,7 @@ class DrawParams(Parameters):
 
 
 def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: Optional[np.ndarray] = None,
-                landmarks: Optional[Landmarks2D] = None, boxes: bool = True) -> np.ndarray:
+                landmarks: Optional[Landmarks2D] = None) -> np.ndarray:
     """Return a copy of the image with people drawn into it.
 
     Limbs and joints have OpenPose's colours; each person has a box, and a label with the id if any, in its own colour.
@@ -48,7 +48,6 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: O
         hidden: (P, K) bool: occluded joints, drawn as hollow circles; limbs that end there are thin and dashed. None:
             none is.
         landmarks: hands and faces; None: none.
-        boxes: whether boxes and labels are drawn.
 
     Returns:
         (H, W, 3) uint8 BGR.
@@ -68,7 +67,7 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: O
         _draw_skeletons(canvas, FACE_70, faces.keypoints, faces.hidden, least)
     if not params.disable_blending:
         canvas = cv2.addWeighted(canvas, params.alpha_pose, image, 1 - params.alpha_pose, 0)
-    if boxes and (params.disable_blending or params.alpha_pose > 0):
+    if params.disable_blending or params.alpha_pose > 0:
         for i in shown:
             _draw_box(canvas, people.xy[i][visible[i]], i, int(people.ids[i]))
     return canvas

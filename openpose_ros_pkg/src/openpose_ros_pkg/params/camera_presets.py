@@ -12,7 +12,8 @@ AUTO = 'auto'
 """Name that stands for the camera that the published topics are."""
 IMAGE, COMPRESSED, CLOUD = 'sensor_msgs/Image', 'sensor_msgs/CompressedImage', 'sensor_msgs/PointCloud2'
 CAMERA_INFO = 'sensor_msgs/CameraInfo'
-# Topics that each source of points needs.
+# Types of raw topics; topics that each source of points needs.
+_KINDS = {'image': IMAGE, 'points': CLOUD, 'depth': IMAGE, 'camera_info': CAMERA_INFO}
 _NEEDED = {'': (), 'point_cloud': ('points',), 'depth_image': ('depth', 'camera_info')}
 
 
@@ -105,16 +106,13 @@ class CameraPreset:
 
     def inputs(self, dimensions: int = 3, ns: Optional[str] = None) -> Dict[str, str]:
         """Return the topics that are read of the camera, transports included, and their types; the image is first."""
-        compressed = self.image_transport != 'raw'
-        topics = {self.topic('image', ns) + (f'/{self.image_transport}' if compressed else ''):
-                  COMPRESSED if compressed else IMAGE}
-        if dimensions == 3 and self.points_source == 'point_cloud':
-            topics[self.topic('points', ns)] = CLOUD
-        elif dimensions == 3 and self.points_source == 'depth_image':
-            compressed = self.depth_transport != 'raw'
-            topics[self.topic('depth', ns) + (f'/{self.depth_transport}' if compressed else '')] = (
-                COMPRESSED if compressed else IMAGE)
-            topics[self.topic('camera_info', ns)] = CAMERA_INFO
+        transports, topics = {'image': self.image_transport, 'depth': self.depth_transport}, {}
+        for role in ('image', *(_NEEDED[self.points_source] if dimensions == 3 else ())):
+            transport = transports.get(role, 'raw')
+            if transport == 'raw':
+                topics[self.topic(role, ns)] = _KINDS[role]
+            else:
+                topics[f'{self.topic(role, ns)}/{transport}'] = COMPRESSED
         return topics
 
     def recorded(self, ns: Optional[str] = None, dimensions: int = 3, compressed: bool = False) -> List[str]:
@@ -167,7 +165,7 @@ def read_presets(path: Union[Path, str, None] = None) -> Dict[str, CameraPreset]
     return cameras
 
 
-def find_preset(name: str, presets: Optional[Presets] = None) -> CameraPreset:
+def find_preset(name: str) -> CameraPreset:
     """Return a camera by its name or by a YAML file with one camera.
 
     Raises:
@@ -179,7 +177,7 @@ def find_preset(name: str, presets: Optional[Presets] = None) -> CameraPreset:
             raise ParameterError(f"parameter 'camera': {name} holds {', '.join(cameras)}, expected one camera",
                                  'camera')
         return next(iter(cameras.values()))
-    presets = read_presets() if presets is None else presets
+    presets = read_presets()
     if name not in presets:
         near = ''.join(f" (did you mean '{other}'?)" for other in difflib.get_close_matches(name, presets, n=1))
         raise ParameterError(f"parameter 'camera' = {name!r} is not allowed{near}: one of {', '.join(presets)}, "

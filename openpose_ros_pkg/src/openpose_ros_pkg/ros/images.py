@@ -117,9 +117,7 @@ def image_subscriber(topic: str, transport: str) -> InputSubscriber:
 
 def raw_image(message: AnyImage, most: float, degrees: int = 0) -> Image:
     """Return the message itself if it is raw, else the image as bgr8, turned clockwise; BadInputError: it has none."""
-    if degrees:
-        bgr = convert.bgr_to_image(convert.any_image_to_bgr(message, most), message.header)
-        return convert.turned_image(bgr, degrees)
-    if message._type == CompressedImage._type:
-        return convert.bgr_to_image(convert.compressed_image_to_bgr(message, most), message.header)
-    return message
+    if not degrees and message._type == Image._type:
+        return message
+    raw = convert.bgr_to_image(convert.any_image_to_bgr(message, most), message.header)
+    return convert.turned_image(raw, degrees) if degrees else raw

@@ -56,11 +56,6 @@ def publications(state: Sequence[Any], types: Sequence[Any]) -> Mapping[str, Pub
     return {topic: PublishedTopic(kinds.get(topic, ''), nodes) for topic, nodes in state[0]}
 
 
-def is_listening(service_uri: str) -> bool:
-    """Tell whether connections are taken at the URI of a service, rosrpc://HOST:PORT."""
-    return takes_connections(parse_rosrpc_uri(service_uri))
-
-
 def is_running(node: str) -> bool:
     """Tell whether a node of this name is registered and takes connections; one that was killed stays registered."""
     try:
@@ -85,4 +80,5 @@ def why_unavailable(service: str) -> str:
         return f'the ROS master {rosgraph.get_master_uri()} does not answer'
     if code != 1:
         return 'no node has registered it'
-    return '' if is_listening(uri) else f'the node that registered it, at {uri}, takes no connections'
+    is_listening = takes_connections(parse_rosrpc_uri(uri))
+    return '' if is_listening else f'the node that registered it, at {uri}, takes no connections'
