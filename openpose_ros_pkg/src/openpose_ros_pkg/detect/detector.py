@@ -119,6 +119,9 @@ class Detector:
         networks: load the networks that this takes.
         following: whether people are followed: then `target_rate` changes how often the image is searched, not how.
 
+    Attributes:
+        setup: what images are computed with from now on.
+
     Raises:
         ParameterError: no such network, or a runtime that is not installed.
         ModelError: weights are missing or damaged, or the network computes wrong results.
@@ -127,11 +130,7 @@ class Detector:
     def __init__(self, settings: DetectorSettings, networks: Networks,
                  following: FollowingParams = NEVER_FOLLOWED) -> None:
         self._networks, self._following = networks, following
-        self._setup = self._made(*self._load(settings.detector), settings)
-
-    @property
-    def setup(self) -> Setup:
-        return self._setup
+        self.setup = self._made(*self._load(settings.detector), settings)
 
     @property
     def threads(self) -> int:
@@ -141,17 +140,17 @@ class Detector:
     @property
     def recipe(self) -> Recipe:
         """What is computed."""
-        return self._setup.recipe
+        return self.setup.recipe
 
     @property
     def skeleton(self) -> SkeletonModel:
         """Joint set of the people."""
-        return self._setup.skeleton
+        return self.setup.skeleton
 
     @property
     def description(self) -> str:
         """What computes which networks, for the log."""
-        return '; '.join(f'{name} on {network.description}' for name, network in self._setup.networks.items())
+        return '; '.join(f'{name} on {network.description}' for name, network in self.setup.networks.items())
 
     @property
     def faults(self) -> str:
@@ -169,17 +168,21 @@ class Detector:
         Raises:
             ParameterError, ModelError: a network can not be loaded, or has another joint set; nothing changes.
         """
-        recipe, loaded = self._setup.recipe, self._setup.networks
-        if settings.detector != self._setup.settings.detector:
+        recipe, loaded = self.setup.recipe, self.setup.networks
+        if settings.detector != self.setup.settings.detector:
             recipe, loaded = self._load(settings.detector)
         setup = self._made(recipe, loaded, settings)
         if setup.skeleton != self.skeleton:  # tracks, and the nodes that read the people, have the other joints
             raise ParameterError(f'{recipe.description} gives the joint set {setup.skeleton.name}, but people have '
                                  f'that of {self.skeleton.name} while this runs: start again with these parameters')
-        self._setup = setup
+        self.setup = setup
 
     def _made(self, recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:
-        setup = _setup(recipe, networks, settings)
+        decode, direct = settings.decode, DirectThresholds()
+        if recipe.is_ensemble:  # these are thresholds of candidates, on which other networks vote
+            decode = replace(decode, person_min_score=min(decode.person_min_score, _DECODED_PERSON))
+            direct = DirectThresholds(joint_score=0.0, person_score=_DIRECT_PERSON)
+        setup = Setup(recipe, networks, decode, direct, settings)
         return replace(setup, feet=self._networks.feet()) if setup.skeleton != recipe.skeleton else setup
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
@@ -208,14 +211,6 @@ class Detector:
 def create_detector(settings: DetectorSettings, following: FollowingParams = NEVER_FOLLOWED) -> Detector:
     """Return the `Detector` of these settings, which has its own networks."""
     return Detector(settings, Networks(settings.backend, settings.detector.model_folder), following)
-
-
-def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:
-    decode, direct = settings.decode, DirectThresholds()
-    if recipe.is_ensemble:  # these are thresholds of candidates, on which other networks vote
-        decode = replace(decode, person_min_score=min(decode.person_min_score, _DECODED_PERSON))
-        direct = DirectThresholds(joint_score=0.0, person_score=_DIRECT_PERSON)
-    return Setup(recipe, networks, decode, direct, settings)
 
 
 def check_image(bgr: np.ndarray) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from openpose_ros_pkg.detect.crops import compute_crops, decode_crop
 from openpose_ros_pkg.detect.detection import DepthView, Head, ImageFrame
 from openpose_ros_pkg.detect.occlusion_masks import COVER, HEAD, LAYERS, Foreground, cover_others
-from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
+from openpose_ros_pkg.detect.recipes import CropRefinement
 from openpose_ros_pkg.detect.views import PreparedView, Setup, View
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.params.constants import constant
@@ -115,7 +115,7 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
 def recover(frame: ImageFrame, setup: Setup, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
     """Find people at heads that no skeleton of the detected people explains, on crops; none without depth."""
     bgr, view = frame.bgr, frame.depth
-    skeleton, one = setup.recipe.skeleton, crop_of_one(setup.recipe)
+    skeleton, one = setup.recipe.skeleton, next((one for one in setup.recipe.refinements if one.one_person), None)
     found: List[np.ndarray] = []
     free: List[Head] = []
     if one is not None and view is not None:
@@ -130,13 +130,8 @@ def recover(frame: ImageFrame, setup: Setup, people: People2D, constants: HeadCo
                      for head, pose in candidates]
         found = [person for person in confirmed if person is not None]
     keypoints = np.array(found, np.float32).reshape(-1, len(skeleton.joints), 3)
-    scores = np.array([_score(person, COVER.sure_joint) for person in found], np.float32)
-    return Recovered(Poses(keypoints, scores), len(free))
-
-
-def crop_of_one(recipe: Recipe) -> Optional[CropRefinement]:
-    """Return the refinement whose network shows one person; None: none does."""
-    return next((one for one in recipe.refinements if one.one_person), None)
+    scores = [np.sqrt((person[person[:, 2] >= COVER.sure_joint, 2] ** 2).mean()) for person in found]
+    return Recovered(Poses(keypoints, np.array(scores, np.float32)), len(free))
 
 
 def _in_depth(xy: np.ndarray, bgr: np.ndarray, view: DepthView) -> np.ndarray:
@@ -214,7 +209,3 @@ def _confirmed(pose: np.ndarray, parts: Sequence[int], head: Head, view: DepthVi
     if seen.sum() < constants.confirmed or beyond.sum() > constants.refuted * sure.sum():
         return None
     return np.where(beyond[:, None], (np.nan, np.nan, 0), pose).astype(np.float32)
-
-
-def _score(person: np.ndarray, least: float) -> float:
-    return float(np.sqrt((person[person[:, 2] >= least, 2] ** 2).mean()))

@@ -127,15 +127,10 @@ def _of_mode(params: DetectorParams, crop: Optional[CropRefinement]) -> Sequence
         return _best(params, crop)
     if crop is not None:
         return [_refined_by(crop, MODES[params.mode])]
-    if _sized(params):
+    if params.net_input_width or params.net_input_height or params.num_scales or params.scale_gap:  # PicoDet has none
         return [MODES[params.mode]]
     fast = [SMALL_MODES['fast']] if params.mode == 'balanced' and params.target_rate > 0 else []
     return [SMALL_MODES[params.mode], *fast, MODES[params.mode]]
-
-
-def _sized(params: DetectorParams) -> bool:
-    """Return whether the parameters ask for sizes, which PicoDet can not have."""
-    return any((params.net_input_width, params.net_input_height, params.num_scales, params.scale_gap))
 
 
 def _best(params: DetectorParams, named: Optional[CropRefinement]) -> Sequence[Recipe]:

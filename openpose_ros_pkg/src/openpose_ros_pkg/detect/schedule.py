@@ -54,10 +54,6 @@ class Part(NamedTuple):
         """Return whether the strip does not cut what reaches from one column to another."""
         return (self.left == 0 or low > self.left) and (self.right == self.width or high < self.right - 1)
 
-    def meets(self, low: float, high: float) -> bool:
-        """Return whether the strip has any of these columns."""
-        return high >= self.left and low < self.right
-
 
 def strips(width: int, count: int, constants: ScheduleConstants = SCHEDULE) -> List[Tuple[int, int]]:
     """Return left and right of a number of overlapping strips of one width that cover an image."""
@@ -105,7 +101,8 @@ class Schedule:
 
     def in_boxes(self, boxes: Iterable[np.ndarray]) -> 'Schedule':
         """Return the schedule where people may come out of boxes: least and greatest x and y, (2, 2) each [px]."""
-        return self._urged([part for low, high in boxes for part in self.parts if part.meets(low[0], high[0])])
+        return self._urged([part for low, high in boxes for part in self.parts
+                            if high[0] >= part.left and low[0] < part.right])
 
     def changed(self, columns: np.ndarray) -> 'Schedule':
         """Return the schedule after the image changed in columns, (N,) [px], see `changed_columns`."""

@@ -6,7 +6,6 @@ from typing import (
     Callable,
     Dict,
     Hashable,
-    Iterable,
     Iterator,
     List,
     Mapping,
@@ -251,7 +250,7 @@ def _observed(source: Source, bgr: np.ndarray, tasks: Sequence[_Task], stamp: fl
     found = [one for one in found if one[0] not in behind]
     visible = dict(found)
     return found, behind + [task.target for task in tasks if task.target not in visible
-                            and _covered(task, visible.values(), stamp, constants)]
+                            and _covered(task, found, stamp, constants)]
 
 
 def _doubles(hands: Found, same: float) -> List[Target]:
@@ -266,12 +265,12 @@ def _doubles(hands: Found, same: float) -> List[Target]:
     return [target for target, _ in doubles]
 
 
-def _covered(task: _Task, hands: Iterable[LandmarkObservation], stamp: float, constants: LandmarkConstants) -> bool:
+def _covered(task: _Task, hands: Found, stamp: float, constants: LandmarkConstants) -> bool:
     """Return whether a followed hand is now at the place of another one."""
     carried = task.carried(stamp, constants)
     return carried is not None and any(
         np.linalg.norm(np.mean(carried.points - hand.points, axis=0)[:2]) < constants.same * _size(hand)
-        for hand in hands)
+        for _, hand in hands)
 
 
 def _size(hand: LandmarkObservation) -> float:

@@ -28,7 +28,6 @@ from typing import (
     Any,
     ClassVar,
     Dict,
-    FrozenSet,
     Iterator,
     List,
     Mapping,
@@ -112,10 +111,10 @@ def parameter_fields(*kinds: Type[Any]) -> List['dataclasses.Field[Any]']:
     return [field for kind in kinds for cls in parameter_classes(kind) for field in dataclasses.fields(cls)]
 
 
-def accepted_names(*kinds: Type[Any]) -> FrozenSet[str]:
+def accepted_names(*kinds: Type[Any]) -> List[str]:
     """Return the names that `build` takes: of parameters, and of those that are gone."""
     gone = [name for kind in kinds for cls in parameter_classes(kind) for name in cls.retired]
-    return frozenset((*gone, *(field.name for field in parameter_fields(*kinds))))
+    return [*gone, *(field.name for field in parameter_fields(*kinds))]
 
 
 def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:

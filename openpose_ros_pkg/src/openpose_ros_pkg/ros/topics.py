@@ -224,13 +224,17 @@ class TopicFinder:
                                 + ' or '.join(kinds))
         return topic
 
-    def choose(self, stream: str, candidates: Sequence[str]) -> Optional[str]:
-        """Return the only candidate for a stream, or the only preferred one; None if there is no candidate.
+    def required(self, stream: str, wanted: str, candidates: Sequence[str]) -> str:
+        """Return the topic that the user wants, or where that is empty the only candidate, or the only preferred one.
 
         Raises:
-            BadInputError: several come into question.
+            BadInputError: it is not there, there is no candidate, or several come into question.
         """
+        if wanted:
+            return self.named(stream, wanted)
         title, option, _, likely = _STREAMS[stream]
+        if not candidates:
+            raise BadInputError(f'{self._where} has no topic of {title}; it has {self.listed()}')
         usual = [f'{CAMERA_NAMESPACE}/{name}' for name in TOPICS.values()]
         best = list(candidates)
         for test in (lambda topic: raw_topic(topic) in usual, re.compile(likely, re.IGNORECASE).search):
@@ -239,18 +243,7 @@ class TopicFinder:
         if len(best) > 1:
             raise BadInputError(f'{self._where} has {len(candidates)} topics of {title}, choose one with {option}: '
                                 f"{', '.join(sorted(candidates))}")
-        return best[0] if best else None
-
-    def required(self, stream: str, wanted: str, candidates: Sequence[str]) -> str:
-        """Return the topic that the user wants, or where that is empty what `choose` does.
-
-        Raises:
-            BadInputError: it is not there, there is no candidate, or several come into question.
-        """
-        topic = self.named(stream, wanted) if wanted else self.choose(stream, candidates)
-        if topic is None:
-            raise BadInputError(f'{self._where} has no topic of {_STREAMS[stream].title}; it has {self.listed()}')
-        return topic
+        return best[0]
 
     def camera_info_of(self, image: str) -> Optional[str]:
         """Return the topic of the calibration in the namespace of an image, or None."""

@@ -190,7 +190,8 @@ class StampMatcher:
     def _drop_unpairable(self) -> None:
         """Drop messages that no later one can pair with, and those beyond the bounds of the queues."""
         for stream, queue in enumerate(self._queues):
-            while queue and (len(queue) > self._bound(stream) or self._is_unpairable(stream, queue[0][0])):
+            most = self.params.queue_size or self.constants.queue[stream]
+            while queue and (len(queue) > most or self._is_unpairable(stream, queue[0][0])):
                 queue.popleft()
                 self.unpaired[stream] += 1
 
@@ -202,9 +203,6 @@ class StampMatcher:
         distances = [(other - stamp) * 1e-9 - partner for other, _ in self._queues[1 - stream]]
         passed = (self._stamps[1 - stream][-1] - stamp) * 1e-9 - partner >= self.slop
         return passed and all(abs(distance) >= self.slop for distance in distances)
-
-    def _bound(self, stream: int) -> int:
-        return self.params.queue_size or self.constants.queue[stream]
 
 
 def mutual_nearest(differences: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
