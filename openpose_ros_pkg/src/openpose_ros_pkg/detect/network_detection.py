@@ -13,14 +13,7 @@ from openpose_ros_pkg.detect.head_recovery import HEADS
 from openpose_ros_pkg.detect.look import Look, Networks, Run, SearchPlan
 from openpose_ros_pkg.detect.recipe_choice import RATE
 from openpose_ros_pkg.detect.recipes import DetectorSettings
-from openpose_ros_pkg.detect.schedule import (
-    NO_GREY,
-    Budget,
-    Part,
-    Schedule,
-    changed_columns,
-    small_grey,
-)
+from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Part, Schedule, changed_columns, small_grey
 from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera
 from openpose_ros_pkg.ensemble import accepted_people, person_scores
 from openpose_ros_pkg.people import ExpectedPeople, People2D, keypoints_in

@@ -1,19 +1,7 @@
 """Hands and faces of the people in images, followed from image to image."""
 import logging
 from dataclasses import dataclass, field
-from typing import (
-    Any,
-    Callable,
-    Dict,
-    Hashable,
-    Iterator,
-    List,
-    Mapping,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Tuple,
-)
+from typing import Any, Callable, Dict, Hashable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -31,13 +19,7 @@ from openpose_ros_pkg.landmarks.landmark_network import (
     Target,
 )
 from openpose_ros_pkg.landmarks.records import Faces2D, Hands2D, LandmarkParams, Landmarks2D
-from openpose_ros_pkg.landmarks.regions import (
-    HAND_REGION,
-    face_regions,
-    face_width,
-    forearm_length,
-    hand_regions,
-)
+from openpose_ros_pkg.landmarks.regions import HAND_REGION, face_regions, face_width, forearm_length, hand_regions
 from openpose_ros_pkg.landmarks.whole_body import WholeBodyLandmarks
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.models import weights_path

@@ -8,13 +8,7 @@ from openpose_ros_pkg.command_options import command_parser, plain_path
 from openpose_ros_pkg.errors import ModelError, OpenposeRosError
 from openpose_ros_pkg.networks.model_registry import ALIASES, FETCHED, GROUPS, LANDMARK_MODELS, MODELS
 from openpose_ros_pkg.networks.model_types import BOX_DECODERS, Archive, Model, WebSource
-from openpose_ros_pkg.networks.models import (
-    described_models,
-    find_model,
-    find_weights,
-    model_folder_of,
-    weights_path,
-)
+from openpose_ros_pkg.networks.models import described_models, find_model, find_weights, model_folder_of, weights_path
 from openpose_ros_pkg.networks.weights_install import get, origin, say
 
 # Kept beside weights that are under it and whose archive holds no copy.
