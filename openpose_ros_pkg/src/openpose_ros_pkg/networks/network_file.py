@@ -1,9 +1,9 @@
 """Networks recognized by names and shapes of inputs and outputs: the path of such a file is a `pose_model`."""
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import reduce
 from pathlib import Path
-from typing import Callable, Dict, FrozenSet, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, FrozenSet, List, NamedTuple, Optional, Tuple
 
 from openpose_ros_pkg.decode.boxes import cells
 from openpose_ros_pkg.errors import ModelError
@@ -14,7 +14,6 @@ from openpose_ros_pkg.networks.model_types import (
     YOLO_INPUT,
     YOLOX_INPUT,
     Decoder,
-    InputRecipe,
     Model,
     Shape,
     UserFiles,
@@ -23,6 +22,7 @@ from openpose_ros_pkg.networks.model_types import (
 )
 from openpose_ros_pkg.skeletons import POINT_SETS
 
+_Fields = Dict[str, Any]  # of `Model`, which tell what a network turned out to be
 NETWORK_SUFFIXES = ('.onnx', '.xml')
 # Of mmdeploy's files of SimCC networks.
 _SIMCC_NAMES = ('simcc_x', 'simcc_y')
@@ -41,17 +41,6 @@ class Graph(NamedTuple):
         """(width, height) of the image [px], the first input; None: free."""
         height, width = self.inputs[0][2:]
         return (width, height) if width and height else None
-
-
-@dataclass(frozen=True)
-class Kind:
-    """What a network turned out to be."""
-
-    decoder: str
-    input: InputRecipe
-    outputs: Tuple[str, ...] = ()  # these three as in `Model`
-    points: int = 17
-    output_scale: float = 1.0
 
 
 def read_network_file(path: Path) -> Model:
@@ -77,35 +66,35 @@ def recognized(path: Path, graph: Graph) -> Model:
     if len(kinds) != 1:
         raise _unknown(path, graph)
     kind, = kinds
-    recipe = kind.input
+    recipe = kind['input']
     if graph.size:
         recipe = replace(recipe, fixed_size=graph.size, multiple_of=reduce(math.gcd, graph.size, recipe.multiple_of))
     files = [path.name, f'{path.stem}.bin'] if path.suffix == '.xml' else [path.name]
-    return Model(name=path.name, skeleton=skeleton_of(kind.points),
+    return Model(name=path.name, skeleton=skeleton_of(kind.get('points', 17)),
                  files=tuple(WeightsFile(name) for name in files), licence='as its maker says',
-                 source=UserFiles(f'the maker of {path}'), input=recipe, outputs=kind.outputs, decoder=kind.decoder,
-                 points=kind.points, output_scale=kind.output_scale, stride=recipe.multiple_of, description=path)
+                 source=UserFiles(f'the maker of {path}'), stride=recipe.multiple_of, description=path,
+                 **{**kind, 'input': recipe})
 
 
-def _rtmo(graph: Graph) -> Optional[Kind]:
+def _rtmo(graph: Graph) -> Optional[_Fields]:
     """RTMO: mmdeploy names its outputs dets and keypoints."""
     if len(graph.inputs) == 1 and set(graph.outputs) == {'dets', 'keypoints'}:
-        return Kind(Decoder.RTMO, RTMO_INPUT, ('dets', 'keypoints'))
+        return {'decoder': Decoder.RTMO, 'input': RTMO_INPUT, 'outputs': ('dets', 'keypoints')}
     return None
 
 
-def _yolo_pose(graph: Graph) -> Optional[Kind]:
+def _yolo_pose(graph: Graph) -> Optional[_Fields]:
     """YOLO-pose: one output, (1, 56, N) or (1, N, 57): box, score, and 17 joints of three numbers.
 
     Converters name it differently.
     """
     shapes = list(graph.outputs.values())
     if len(graph.inputs) == len(shapes) == 1 and len(shapes[0]) == 3 and (shapes[0][1] == 56 or shapes[0][2] == 57):
-        return Kind(Decoder.YOLO_POSE, YOLO_INPUT)
+        return {'decoder': Decoder.YOLO_POSE, 'input': YOLO_INPUT, 'outputs': ()}
     return None
 
 
-def _simcc(graph: Graph) -> Optional[Kind]:
+def _simcc(graph: Graph) -> Optional[_Fields]:
     """SimCC: mmdeploy's simcc_x and simcc_y, (1, points, bins) with as many bins per pixel of the input along both."""
     shapes = [graph.outputs.get(name, ()) for name in _SIMCC_NAMES]
     if len(graph.inputs) != 1 or graph.size is None or [len(shape) for shape in shapes] != [3, 3]:
@@ -115,10 +104,11 @@ def _simcc(graph: Graph) -> Optional[Kind]:
     if points not in POINT_SETS or others != points or not (along_x and along_y) or along_x * height != along_y * width:
         return None
     # RTMW's head alone brings coarse features to finer ones by DepthToSpace.
-    return Kind(Decoder.SIMCC, SIMCC_INPUT, _SIMCC_NAMES, points, RTMW_SCALE if graph.shuffles else 1.0)
+    return {'decoder': Decoder.SIMCC, 'input': SIMCC_INPUT, 'outputs': _SIMCC_NAMES, 'points': points,
+            'output_scale': RTMW_SCALE if graph.shuffles else 1.0}
 
 
-def _yolox(graph: Graph) -> Optional[Kind]:
+def _yolox(graph: Graph) -> Optional[_Fields]:
     """YOLOX for boxes: dets (1, N, 5) and labels (1, N) by mmdeploy; or (1, N, 6) or (1, N, 85) with N cells.
 
     RTMDet has the outputs of the first form as well, and colours of another scale. YOLOX begins with a slice of each
@@ -129,10 +119,10 @@ def _yolox(graph: Graph) -> Optional[Kind]:
         return None
     if set(shapes) == {'dets', 'labels'} and shapes['dets'][2:] == (5,) and len(shapes['labels']) == 2:
         is_yolox = graph.begins & {'Slice', 'StridedSlice'}
-        return Kind(Decoder.BOXES, YOLOX_INPUT, ('dets', 'labels')) if is_yolox else None
+        return {'decoder': Decoder.BOXES, 'input': YOLOX_INPUT, 'outputs': ('dets', 'labels')} if is_yolox else None
     for name, shape in shapes.items():
         if len(shapes) == 1 and len(shape) == 3 and shape[1] == cells(graph.size) and shape[2] in (6, 85):
-            return Kind(Decoder.BOXES, YOLOX_INPUT, (name,))
+            return {'decoder': Decoder.BOXES, 'input': YOLOX_INPUT, 'outputs': (name,)}
     return None
 
 
@@ -140,7 +130,7 @@ _EXPECTED = (
     'of YOLO-pose with one class and 17 joints (1, 56, N) or (1, N, 57); of RTMO dets and keypoints; of RTMPose with K '
     '= 17, 26 or 133 points simcc_x (1, K, 2 W) and simcc_y (1, K, 2 H); of YOLOX dets '
     'and labels')
-_RECOGNIZERS: Tuple[Callable[[Graph], Optional[Kind]], ...] = (_rtmo, _yolo_pose, _simcc, _yolox)
+_RECOGNIZERS: Tuple[Callable[[Graph], Optional[_Fields]], ...] = (_rtmo, _yolo_pose, _simcc, _yolox)
 
 
 def _unknown(path: Path, graph: Graph) -> ModelError:

