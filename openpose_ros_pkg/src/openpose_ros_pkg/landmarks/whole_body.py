@@ -46,10 +46,6 @@ class WholeBodyLandmarks:
         """Return the observations of targets; None: not found. Image and earlier ones are not needed."""
         return [self._observed(target, stamp) for target in targets]
 
-    def cost(self, target: Target, known: bool) -> float:
-        """Return the expected time [s] for a hand or face."""
-        return 0.0
-
     def _observed(self, target: Target, stamp: float) -> Optional[LandmarkObservation]:
         of_person = self._points[target.person]
         hand = of_person[_LEFT_HAND:_RIGHT_HAND] if target.left else of_person[_RIGHT_HAND:]

@@ -41,7 +41,7 @@ def people_to_json(people: People2D, in_space: Optional[np.ndarray] = None, more
             Ids below -1 belong to people without an id, and are written as -1.
     """
     entries = []
-    for p, (row, person_id) in enumerate(zip(_rows(people), people.ids)):
+    for p, (row, person_id) in enumerate(zip(np.nan_to_num(people.keypoints), people.ids)):
         entry = {'person_id': [max(int(person_id), -1)], 'pose_keypoints_2d': _numbers(row)}
         own = {} if more is None else more.get(int(person_id), {})
         entry.update((key, _numbers(own[key]) if key in own else []) for key in _MORE_FIELDS)
@@ -49,11 +49,6 @@ def people_to_json(people: People2D, in_space: Optional[np.ndarray] = None, more
             entry['pose_keypoints_3d'] = _numbers(in_space[p])
         entries.append(entry)
     return json.dumps({'version': _VERSION, 'people': entries}, separators=(',', ':'))
-
-
-def _rows(people: People2D) -> np.ndarray:
-    """Return (P, K, 3) float32 x, y, score as OpenPose writes it: missing joints are 0, 0, 0."""
-    return np.where(people.present[..., None], people.keypoints, np.float32(0))
 
 
 def _numbers(values: np.ndarray) -> List[float]:
