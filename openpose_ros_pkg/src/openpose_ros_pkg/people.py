@@ -60,18 +60,6 @@ class Poses(NamedTuple):
     # (P, 133, 3) float32: all points of COCO-WholeBody, x, y [px], score; NaN, NaN, 0 of people without; None: of none
     points: Optional[np.ndarray] = None
 
-    def joined(self, others: 'Poses') -> 'Poses':
-        """Return these people and then others."""
-        return Poses(np.concatenate([self.keypoints, others.keypoints]), np.concatenate([self.scores, others.scores]),
-                     joined_points((self.points, len(self.keypoints)), (others.points, len(others.keypoints))))
-
-
-def joined_points(*parts: Tuple[Optional[np.ndarray], int]) -> Optional[np.ndarray]:
-    """Return the points of COCO-WholeBody of several groups of people, given with the number of people of each."""
-    if all(points is None for points, _ in parts):
-        return None
-    return np.concatenate([no_points(people) if points is None else points for points, people in parts])
-
 
 def no_points(people: int) -> np.ndarray:
     """Return missing points of COCO-WholeBody, (P, 133, 3)."""
@@ -155,7 +143,10 @@ class People2D:
         """Return these people and then others, with the same joints."""
         joined = {name: np.concatenate([getattr(self, name), getattr(others, name)])
                   for name in ('keypoints', 'scores', 'ids', 'looked', 'existence')}
-        return replace(self, **joined, points=joined_points((self.points, len(self)), (others.points, len(others))))
+        if self.points is not None or others.points is not None:
+            joined['points'] = np.concatenate([no_points(len(each)) if each.points is None else each.points
+                                               for each in (self, others)])
+        return replace(self, **joined)
 
     @property
     def xy(self) -> np.ndarray:

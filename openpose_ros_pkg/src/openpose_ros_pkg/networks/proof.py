@@ -5,7 +5,6 @@ found by what it says of a picture whose joints are known: data/two_people.jpg, 
 development/benchmark_data, with the truth of its joints beside it [px]; boxes and feet were placed by hand. One person
 stands, one sits, each with another arm raised: no fixed pose, mirror image or exchange of left and right is near both.
 """
-import functools
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, List, NamedTuple, Tuple
@@ -20,7 +19,6 @@ from openpose_ros_pkg.ensemble import area, sigmas
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_types import BOX_DECODERS, CROP_DECODERS, Decoder, Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, cut, fit_recipe
-from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 if TYPE_CHECKING:
@@ -81,8 +79,8 @@ def _people(backend: 'Backend', model: Model, truth: _Truth) -> np.ndarray:
                  if model.decoder == Decoder.PAF else decode_direct(outputs, model, _PARAMS, plan))
         poses.keypoints[..., :2] = plan.to_image(poses.keypoints[..., :2]) + part[:2]
         found.append(poses)
-    people = functools.reduce(Poses.joined, found)
-    return people.keypoints[np.argsort(-people.scores, kind='stable')[:len(truth.joints)]]
+    surest = np.argsort(-np.concatenate([poses.scores for poses in found]), kind='stable')[:len(truth.joints)]
+    return np.concatenate([poses.keypoints for poses in found])[surest]
 
 
 def _crop(box: np.ndarray, net_size: np.ndarray) -> Tuple[int, int, int, int]:
