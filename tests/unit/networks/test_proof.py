@@ -133,8 +133,9 @@ def rtmo_file(joints):
     keypoints = np.dstack([plan.to_net(joints) + 0.5, np.full(joints.shape[:2], 0.9)])[None]
     corners = keypoints[..., :2].min(axis=2), keypoints[..., :2].max(axis=2)
     boxes = np.concatenate([*corners, keypoints[:, :, 0, 2:]], axis=2)
+    # OpenVINO 2024.4 sums bytes wrongly where a reduction comes first.
     return onnx_people({name: (array / mean).astype(np.float32) for name, array in (
-        ('dets', boxes), ('keypoints', keypoints))})
+        ('dets', boxes), ('keypoints', keypoints))}, first='Conv')
 
 
 @pytest.fixture
@@ -154,7 +155,7 @@ def served(tmp_path, monkeypatch):
     return serve
 
 
-PROVED = 'it finds 2 of 2 people of a known picture at a mean similarity of joints (OKS) of 1.00, wanted 2 at 0.80'
+PROVED = 'rtmo_s: proved: it finds 2 of 2 people of a known picture'
 
 
 def test_a_network_is_fetched_by_name_proves_itself_and_is_used(served, capsys):
@@ -162,7 +163,8 @@ def test_a_network_is_fetched_by_name_proves_itself_and_is_used(served, capsys):
     assert models.installed_by_name() == ()
     for command in ('get', 'check'):
         assert weights.main([command, 'rtmo-s']) == 0
-        assert f'rtmo_s: proved: {PROVED}' in capsys.readouterr().out
+        said = capsys.readouterr().out
+        assert PROVED in said and similarity_of(said) > 0.98
     assert models.installed_by_name() == (MODELS['rtmo_s'],)
     for params in ({'pose_model': 'rtmo-s'}, {'mode': 'best'}):
         detector = create_detector(settings(**params))
