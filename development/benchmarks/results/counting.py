@@ -14,11 +14,10 @@ import numpy as np
 import chain_runs
 from common import ROOT
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.people import values_in
 from openpose_ros_pkg.skeletons import COCO_18
 from results import Options
 from scoring.counts import SAME_TIME, Counts, load
-from scoring.people import score_people
+from scoring.people import found_of, score_people
 from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.people import People3D
 
@@ -96,11 +95,11 @@ def _run(job: Job, path: Path) -> None:
     counts = score_people(job.folder, run.frames, slice(job.limit))
     rows = [np.zeros(0, PERSON)]
     for seconds, people in run.frames:
-        rows.append(np.zeros(len(people), PERSON))
+        found = found_of(people)
+        rows.append(np.zeros(len(found), PERSON))
         rows[-1]['time'] = seconds
         for name in PERSON.names[1:]:
-            values = np.asarray(getattr(people, name))
-            rows[-1][name] = values if values.ndim < 2 else values_in(values, people.skeleton, COCO_18, 0)
+            rows[-1][name] = getattr(found, name)
     replace(counts, rows={**counts.rows, 'people': np.concatenate(rows)}).save(path)
 
 

@@ -140,6 +140,11 @@ def of_rows(text: str, table: str, wanted: Rows, among: Rows = every, **options:
                  **options)
 
 
+def within(text: str, table: str, most: float, among: Rows = every, column: str = 'error', **options: Any) -> Ratio:
+    """Return the share of some rows of a table in which a column is this at most."""
+    return of_rows(text, table, lambda rows: rows[column] <= most, among, **options)
+
+
 def values_of(table: str, column: str, among: Rows = every) -> Callable[[Counts], np.ndarray]:
     """Return what gives the finite values of a column, of some rows of a table."""
     def values(counts: Counts) -> np.ndarray:

@@ -16,7 +16,7 @@ from openpose_ros_pkg.assignment import match
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
 from .counts import WHOLE, Counts, at_times, tags_of
-from .figures import Quantile, Ratio, of_rows, of_sums, values_of
+from .figures import Quantile, Ratio, of_rows, of_sums, values_of, within
 from .people import is_hidden, is_visible
 
 LEAST_POINTS = 5
@@ -122,20 +122,18 @@ STATISTICS = {
     'recall': of_sums('hands found, of the true ones', 'paired', 'true'),
     'precision': of_sums('hands that are real, of those found', 'paired', 'found'),
     'side': of_sums('of these with the right side', 'sides', 'paired'),
-    'visible_20': of_rows('visible points within 20 mm', 'points', lambda points: points['error'] <= 0.02, is_visible),
-    'visible_10': of_rows('visible points within 10 mm', 'points', lambda points: points['error'] <= 0.01, is_visible),
+    'visible_20': within('visible points within 20 mm', 'points', 0.02, is_visible),
+    'visible_10': within('visible points within 10 mm', 'points', 0.01, is_visible),
     'visible_median': Quantile('median error of visible points', values_of('points', 'error', is_visible), 0.5, 'mm', 1,
                                1e3),
-    'hidden_20': of_rows('hidden points within 20 mm', 'points', lambda points: points['error'] <= 0.02, is_hidden),
-    'image_01': of_rows('visible points within 0.1 hand sizes in the image', 'points',
-                        lambda points: points['apart'] <= 0.1, is_visible),
-    'image_02': of_rows('visible points within 0.2 hand sizes in the image', 'points',
-                        lambda points: points['apart'] <= 0.2, is_visible),
+    'hidden_20': within('hidden points within 20 mm', 'points', 0.02, is_hidden),
+    'image_01': within('visible points within 0.1 hand sizes in the image', 'points', 0.1, is_visible, 'apart'),
+    'image_02': within('visible points within 0.2 hand sizes in the image', 'points', 0.2, is_visible, 'apart'),
     'image_median': Quantile('median error of visible points in the image',
                              values_of('points', 'apart', is_visible), 0.5, 'hand sizes', 3),
     'measured_within_2_sigma': _within_2_sigma('MEASURED', MEASURED),
     'inferred_within_2_sigma': _within_2_sigma('INFERRED', INFERRED),
     'head_median': Quantile('median angle of the directions of faces', lambda counts: counts.rows['faces']['angle'],
                             0.5, 'deg', 1),
-    **{f'head_within_{most}_sigma': of_rows(f'directions of faces within {most} sigma', 'faces',
-                                            lambda faces, most=most: faces['sigmas'] <= most) for most in (1, 2)}}
+    **{f'head_within_{most}_sigma': within(f'directions of faces within {most} sigma', 'faces', most, column='sigmas')
+       for most in (1, 2)}}

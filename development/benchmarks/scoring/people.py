@@ -7,9 +7,10 @@ without a position as wrong. In the world a person counts in a frame in which a 
 visible are joints that a camera sees.
 """
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
+import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
 from ground_truth import FURNITURE, OTHER_PERSON, OUTSIDE, OWN_BODY, VISIBLE, TrueFrame, true_frames, true_world
@@ -20,7 +21,7 @@ from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.track.feet import FEET
 
 from .counts import WHOLE, Counts, at_times, tags_of
-from .figures import Quantile, Ratio, mean_of, of_rows, of_sums, values_of
+from .figures import Quantile, Ratio, Rows, every, mean_of, of_rows, of_sums, values_of, within
 
 # Maximum median distance of the joints of a person from the true ones [m].
 GATE = 0.6
@@ -41,15 +42,8 @@ NEAR_FOOT = 0.06
 
 # Stamp [s], from the first frame of the scene, and people of each frame.
 Frames = Sequence[Tuple[float, People3D]]
-
-
-class Found(NamedTuple):
-    """People found in a frame: ids (P,), positions (P, K, 3) [m], status (P, K), sigma (P, K) [m]."""
-
-    ids: np.ndarray
-    xyz: np.ndarray
-    status: np.ndarray
-    sigma: np.ndarray
+# Errors of the visible joints (K, 3) [m] of each true person, by id and number of the frame.
+Paths = Dict[int, Dict[int, np.ndarray]]
 
 
 def score_people(folder: Path, frames: Frames, part: slice = WHOLE) -> Counts:
@@ -74,39 +68,43 @@ def _score(folder: Path, tags: Dict[str, str], true: Sequence[TrueFrame], frames
     sums: Dict[str, float] = dict.fromkeys(('found', 'true', 'paired', 'all_right', 'exchanged', 'sides'), 0)
     rows: List[np.ndarray] = [np.zeros(0, JOINT)]
     feet: List[np.ndarray] = [np.zeros(0, JOINT)]
-    history = History()
+    ids: List[Tuple[int, int]] = []
+    paths: Paths = {}
     for number, (there, everything) in enumerate(zip(true, given)):
-        people, body = found_of(everything), found_of(everything, BODY_25)
-        own_feet = Found(body.ids, *(values[:, _FEET_ROWS] for values in body[1:]))
-        pairs = pair(there.xyz, there.labels == VISIBLE, people)
-        for name, count in (('true', len(there.ids)), ('found', len(people.ids)), ('paired', len(pairs)),
-                            ('all_right', len(pairs) == len(there.ids) == len(people.ids))):
+        people, body, visible = found_of(everything), found_of(everything, BODY_25), there.labels == VISIBLE
+        pairs = pair(there.xyz, visible, people)
+        for name, count in (('true', len(there.ids)), ('found', len(people)), ('paired', len(pairs)),
+                            ('all_right', len(pairs) == len(there.ids) == len(people))):
             sums[name] += count
         for row, (xyz, labels) in enumerate(zip(there.feet, there.feet_labels)):
-            feet.append(joint_rows(xyz, labels, own_feet, pairs.get(row)))
+            feet.append(joint_rows(xyz, labels, body, pairs.get(row), _FEET_ROWS))
         for row, cameras in enumerate(np.broadcast_to(there.cameras, there.labels.shape)):
             rows.append(joint_rows(there.xyz[row], there.labels[row], people, pairs.get(row)))
             rows[-1]['cameras'] = cameras
         for row, other in pairs.items():
             sides = exchanged_sides(there.xyz[row], people.xyz[other])
             sums['exchanged'], sums['sides'] = sums['exchanged'] + int(sides.sum()), sums['sides'] + len(sides)
-        history.add(number, {there.ids[row]: (there.xyz[row], there.labels[row] == VISIBLE, people, other)
-                             for row, other in pairs.items()})
+            ids.append((there.ids[row], int(people.ids[other])))
+            seen = visible[row] & (people.status[other] != MISSING)
+            paths.setdefault(there.ids[row], {})[number] = np.where(
+                seen[:, np.newaxis], people.xyz[other] - there.xyz[row], np.nan)
     stray = sum(len(people) for _, people in frames) - sums['found']
-    sums.update(frames=len(true), stray=stray, **history.sums())
+    sums.update(frames=len(true), stray=stray, **ids_over_time(ids))
     period = (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else 1.0
     return Counts(folder.resolve().name, tags, sums,
                   {'joints': np.concatenate(rows), 'feet': np.concatenate(feet),
-                   'accelerations': history.accelerations(period)})
+                   'accelerations': accelerations(paths, period)})
 
 
-def found_of(people: People3D, joints: SkeletonModel = COCO_18) -> Found:
+def found_of(people: People3D, joints: SkeletonModel = COCO_18) -> People3D:
     """Return people with the joints of a set."""
-    return Found(people.ids, *(values_in(np.asarray(getattr(people, name)), people.skeleton, joints, missing)
-                               for name, missing in (('xyz', np.nan), ('status', MISSING), ('sigma', np.nan))))
+    xyz, confidence, status, sigma, velocity = (
+        values_in(getattr(people, name), people.skeleton, joints, missing) for name, missing in (
+            ('xyz', np.nan), ('confidence', 0), ('status', MISSING), ('sigma', np.nan), ('velocity', np.nan)))
+    return People3D(joints, xyz, confidence, status, sigma, people.ids, velocity)
 
 
-def pair(true: np.ndarray, visible: np.ndarray, people: Found) -> Dict[int, int]:
+def pair(true: np.ndarray, visible: np.ndarray, people: People3D) -> Dict[int, int]:
     """Return the row of the found person for each true one (T, K, 3) that was found; `visible` is (T, K)."""
     there = people.status != MISSING
     errors = np.linalg.norm(true[:, np.newaxis] - people.xyz[np.newaxis].astype(np.float64), axis=3)
@@ -119,15 +117,21 @@ def pair(true: np.ndarray, visible: np.ndarray, people: Found) -> Dict[int, int]
     return dict(match(costs, costs <= GATE))
 
 
-def joint_rows(xyz: np.ndarray, labels: np.ndarray, people: Found, found: Any) -> np.ndarray:
-    """Return the rows of a true person, (K,) JOINT; `found` is its row among the people, None: it was not found."""
+def joint_rows(xyz: np.ndarray, labels: np.ndarray, people: People3D, found: Any, columns: Any = slice(None)
+               ) -> np.ndarray:
+    """Return the rows of a true person, (K,) JOINT.
+
+    Args:
+        found: row of the person among the people; None: it was not found.
+        columns: of their joints.
+    """
     rows = np.zeros(len(xyz), JOINT)
     rows['joint'], rows['label'], rows['distance'] = np.arange(len(xyz)), labels, xyz[:, 2]
     rows['error'] = rows['sigma'] = np.nan
     if found is not None:
-        there = people.status[found] != MISSING
-        rows['status'], rows['sigma'] = people.status[found], people.sigma[found]
-        rows['error'][there] = np.linalg.norm(people.xyz[found] - xyz, axis=1)[there]
+        rows['status'], rows['sigma'] = people.status[found, columns], people.sigma[found, columns]
+        there = rows['status'] != MISSING
+        rows['error'][there] = np.linalg.norm(people.xyz[found, columns] - xyz, axis=1)[there]
     return rows
 
 
@@ -143,40 +147,24 @@ def exchanged_sides(true: np.ndarray, found: np.ndarray) -> np.ndarray:
     return (off_exchanged < off)[known]
 
 
-class History:
-    """Found people over time: switches of ids, people who keep theirs, jitter."""
+def ids_over_time(pairs: Sequence[Tuple[int, int]]) -> Dict[str, int]:
+    """Return the switches of ids, and the pairs that remain where each true person is given one id (Ristani 2016).
 
-    def __init__(self) -> None:
-        self._last: Dict[int, int] = {}
-        self._together: Dict[Tuple[int, int], int] = {}
-        self._paths: Dict[int, Dict[int, np.ndarray]] = {}
-        self._switches = 0
+    Args:
+        pairs: id of a true person and found id, in the order of the frames.
+    """
+    ids = pd.DataFrame(pairs, columns=['true', 'found'], dtype=int)
+    together = pd.crosstab(ids.true, ids.found).to_numpy(float)
+    return {'switches': int((ids.groupby('true').found.diff().fillna(0) != 0).sum()),
+            'kept': int(together[linear_sum_assignment(-together)].sum())}
 
-    def add(self, number: int, people: Dict[int, Tuple[np.ndarray, np.ndarray, Found, int]]) -> None:
-        """Add the true people of a frame that were found, by id: xyz, visible joints, found people, row of its own."""
-        for true, (xyz, visible, found, row) in people.items():
-            name = int(found.ids[row])
-            self._switches += self._last.get(true, name) != name
-            self._last[true] = name
-            self._together[true, name] = self._together.get((true, name), 0) + 1
-            off = np.where((visible & (found.status[row] != MISSING))[:, np.newaxis], found.xyz[row] - xyz, np.nan)
-            self._paths.setdefault(true, {})[number] = off
 
-    def sums(self) -> Dict[str, float]:
-        """Return the switches, and the pairs that remain where each true person is given one id (Ristani 2016)."""
-        trues, names = ({key: row for row, key in enumerate(sorted({pair[side] for pair in self._together}))}
-                        for side in (0, 1))
-        frames = np.zeros((len(trues), len(names)))
-        for (true, name), count in self._together.items():
-            frames[trues[true], names[name]] = count
-        return {'switches': self._switches, 'kept': int(frames[linear_sum_assignment(-frames)].sum())}
-
-    def accelerations(self, period: float) -> np.ndarray:
-        """Return the errors of the acceleration of visible joints, (N,) ACCELERATION; period [s] of the frames."""
-        errors = [np.linalg.norm(path[i - 1] - 2 * path[i] + path[i + 1], axis=1) / period ** 2
-                  for path in self._paths.values() for i in path if i - 1 in path and i + 1 in path]
-        joined = np.concatenate([np.zeros(0), *errors])
-        return joined[np.isfinite(joined)].astype(ACCELERATION)
+def accelerations(paths: Paths, period: float) -> np.ndarray:
+    """Return the errors of the acceleration of visible joints, (N,) ACCELERATION; period [s] of the frames."""
+    errors = [np.linalg.norm(path[i - 1] - 2 * path[i] + path[i + 1], axis=1) / period ** 2
+              for path in paths.values() for i in path if i - 1 in path and i + 1 in path]
+    joined = np.concatenate([np.zeros(0), *errors])
+    return joined[np.isfinite(joined)].astype(ACCELERATION)
 
 
 def is_visible(joints: np.ndarray) -> np.ndarray:
@@ -189,10 +177,6 @@ def is_hidden(joints: np.ndarray) -> np.ndarray:
     return (joints['label'] != VISIBLE) & (joints['label'] != OUTSIDE)
 
 
-def _near(joints: np.ndarray) -> np.ndarray:
-    return joints['error'] <= NEAR
-
-
 def _given(joints: np.ndarray) -> np.ndarray:
     return np.isfinite(joints['error'])
 
@@ -201,21 +185,21 @@ def _with_sigma(joints: np.ndarray) -> np.ndarray:
     return np.isfinite(joints['error']) & np.isfinite(joints['sigma'])
 
 
-def within_sigmas(number: float) -> Ratio:
-    """Return the share of errors within so many sigma, of all joints with both."""
-    return of_rows(f'errors within {number:g} sigma', 'joints',
-                   lambda joints: joints['error'] <= number * joints['sigma'], _with_sigma)
+def within_sigmas(number: float, of: str = '', among: Rows = every) -> Ratio:
+    """Return the share of errors within so many sigma, of those joints that have both."""
+    return of_rows(f'errors {of}within {number:g} sigma', 'joints',
+                   lambda joints: joints['error'] <= number * joints['sigma'],
+                   lambda joints: among(joints) & _with_sigma(joints))
 
 
 def _hidden_by(label: int, by: str) -> Ratio:
-    return of_rows(f'hidden by {by} within 150 mm', 'joints', lambda joints: joints['error'] <= NEAR_HIDDEN,
-                   lambda joints: joints['label'] == label)
+    return within(f'hidden by {by} within 150 mm', 'joints', NEAR_HIDDEN, lambda joints: joints['label'] == label)
 
 
 _VISIBLE_ERRORS, _HIDDEN_ERRORS = values_of('joints', 'error', is_visible), values_of('joints', 'error', is_hidden)
 # Figures of joints: for any selection of their rows.
 JOINT_STATISTICS = {
-    'visible_100': of_rows('visible joints within 100 mm', 'joints', _near, is_visible),
+    'visible_100': within('visible joints within 100 mm', 'joints', NEAR, is_visible),
     'visible_median': Quantile('median error of visible joints', _VISIBLE_ERRORS, 0.5, 'mm', 1, 1e3),
     'visible_90': Quantile('90 % of visible joints are within', _VISIBLE_ERRORS, 0.9, 'mm', 1, 1e3),
     'visible_mean': mean_of('mean error of visible joints', _VISIBLE_ERRORS, 'mm', 1, 1e3),
@@ -223,8 +207,7 @@ JOINT_STATISTICS = {
     'visible_inferred': of_rows('visible joints called INFERRED, of those with a position', 'joints',
                                 lambda joints: joints['status'] == INFERRED,
                                 lambda joints: is_visible(joints) & _given(joints)),
-    'hidden_150': of_rows('hidden joints within 150 mm', 'joints', lambda joints: joints['error'] <= NEAR_HIDDEN,
-                          is_hidden),
+    'hidden_150': within('hidden joints within 150 mm', 'joints', NEAR_HIDDEN, is_hidden),
     'hidden_median': Quantile('median error of hidden joints', _HIDDEN_ERRORS, 0.5, 'mm', 1, 1e3),
     'hidden_mean': mean_of('mean error of hidden joints', _HIDDEN_ERRORS, 'mm', 1, 1e3),
     'hidden_given': of_rows('hidden joints with a position', 'joints', _given, is_hidden),
@@ -248,18 +231,14 @@ STATISTICS = {
 # Those of fused people.
 WORLD_STATISTICS = {
     **_PERSONS, 'all_right': of_sums('frames with all people, each once', 'all_right', 'frames'),
-    'visible_100': of_rows('joints that a camera sees, within 100 mm', 'joints', _near, is_visible),
+    'visible_100': within('joints that a camera sees, within 100 mm', 'joints', NEAR, is_visible),
     'visible_median': JOINT_STATISTICS['visible_median'], 'visible_mean': JOINT_STATISTICS['visible_mean'],
-    'hidden_100': of_rows('joints that no camera sees, within 100 mm', 'joints', _near, is_hidden),
+    'hidden_100': within('joints that no camera sees, within 100 mm', 'joints', NEAR, is_hidden),
     **_OVER_TIME,
-    **{f'within_{number}_sigma': of_rows(
-        f'errors of visible joints within {number} sigma', 'joints',
-        lambda joints, number=number: joints['error'] <= number * joints['sigma'],
-        lambda joints: is_visible(joints) & _with_sigma(joints)) for number in (1, 2)}}
+    **{f'within_{number}_sigma': within_sigmas(number, 'of visible joints ', is_visible) for number in (1, 2)}}
 # Toes and heels, where the truth has them.
 FEET_STATISTICS = {
-    'feet_60': of_rows('visible toes and heels within 60 mm', 'feet', lambda rows: rows['error'] <= NEAR_FOOT,
-                       is_visible),
+    'feet_60': within('visible toes and heels within 60 mm', 'feet', NEAR_FOOT, is_visible),
     'feet_median': Quantile('median error of visible toes and heels', values_of('feet', 'error', is_visible), 0.5,
                             'mm', 1, 1e3),
     'feet_measured': of_rows('visible toes and heels called MEASURED', 'feet',

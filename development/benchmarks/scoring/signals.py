@@ -16,7 +16,7 @@ import numpy as np
 from openpose_ros_pkg.assignment import match
 
 from .counts import WHOLE, Counts, at_times, tags_of
-from .figures import Average, Quantile, Ratio, of_rows, of_sums, values_of
+from .figures import Average, Quantile, Ratio, of_rows, of_sums, values_of, within
 
 LABELS = ('wave', 'point', 'raise_hand', 'arms_crossed', 'sit', 'stand')
 # Maximum distance of necks [m]; frames this near to a change of a label do not count for it [s].
@@ -116,9 +116,8 @@ def _f1(label: str) -> Ratio:
 
 def _covered(style: str, column: str, most: int) -> Ratio:
     ray = 'rays' if column == 'sigmas' else f'{style} rays'
-    return of_rows(f'{ray} with the target within {most} sigma, people who point from the {style}', 'rays',
-                   lambda rays: rays[column] <= most,
-                   lambda rays: (rays['style'] == style) & np.isfinite(rays['angle']), digits=2)
+    return within(f'{ray} with the target within {most} sigma, people who point from the {style}', 'rays', most,
+                  lambda rays: (rays['style'] == style) & np.isfinite(rays['angle']), column, digits=2)
 
 
 STATISTICS = {
@@ -126,8 +125,8 @@ STATISTICS = {
     'f1': Average('mean F1 of all labels', [_f1(label) for label in LABELS], digits=2),
     'arm': of_sums('gestures with the right arm', 'arms_right', 'arms', digits=2),
     'point_given': of_rows('frames of pointing with a ray', 'rays', lambda rays: np.isfinite(rays['angle']), digits=2),
-    **{f'point_{degrees}': of_rows(f'frames of pointing with a ray within {degrees} deg', 'rays',
-                                   lambda rays, degrees=degrees: rays['angle'] <= degrees, digits=2)
+    **{f'point_{degrees}': within(f'frames of pointing with a ray within {degrees} deg', 'rays', degrees,
+                                  column='angle', digits=2)
        for degrees in (10, 15, 20)},
     'point_median': Quantile('median angle of the rays', values_of('rays', 'angle'), 0.5, 'deg', 1),
     **{f'{style}_{column}_{most}': _covered(style, column, most) for style in ('eye', 'shoulder')

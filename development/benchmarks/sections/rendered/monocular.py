@@ -8,7 +8,6 @@ import chain_runs
 from ground_truth import OUTSIDE, VISIBLE, TrueFrame, true_frames
 from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.people import values_in
 from openpose_ros_pkg.skeletons import COCO_18
 from results import NeedsDataError, Options, Section, Table
 from results.counting import QUICK_FRAMES, QUICK_SCENES
@@ -99,7 +98,7 @@ def count(name: str, truth: Sequence[TrueFrame], frames: Sequence[People3D], cam
     for true, each in zip(truth, frames):
         found = found_of(each)
         apart = true.apart_in_image(camera.project(found.xyz).reshape(*found.xyz.shape[:2], 2))
-        there, right, distances = np.zeros(len(true.xyz), PERSON), np.zeros(len(found.ids), RIGHT), []
+        there, right, distances = np.zeros(len(true.xyz), PERSON), np.zeros(len(found), RIGHT), []
         there['shown'] = (true.labels == VISIBLE).sum(axis=1) >= LEAST_SHOWN
         for number, row in match(apart, apart < SAME_IN_IMAGE):
             middles = [xyz[HIPS].mean(axis=0) for xyz in (true.xyz[number], found.xyz[row])]
@@ -114,6 +113,6 @@ def count(name: str, truth: Sequence[TrueFrame], frames: Sequence[People3D], cam
         people.append(there)
         pairs.append(np.array([((one < other)[0] == (one < other)[1],) for one, other in combinations(distances, 2)
                                if abs(one - other)[0] > SAME_DISTANCE], RIGHT))
-        given.append(right[values_in(each.confidence, each.skeleton, COCO_18, 0.0).any(axis=1)])
+        given.append(right[found.confidence.any(axis=1)])
     tables = {'joints': joints, 'people': people, 'pairs': pairs, 'given': given}
     return Counts(name, {}, {}, {key: np.concatenate(rows) for key, rows in tables.items()})
