@@ -1,15 +1,14 @@
 #!/usr/bin/python3
-"""Measure the running nodes: rate, latency by stage, processor and memory, for rates, numbers of people, points.
+"""Measure the running nodes: rate, latency by stage, processor and memory, for rates and numbers of people.
 
 Each row of the table: a camera driver plays a sequence of 960 x 540 forth and back, made of the shipped one, and the
 results of the 3D chain with its visualization are counted for a while.
 `target_rate` is the camera's rate unless it is given. Latency: from the camera's stamp to the arrival of the message in
 a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before and after the nodes run; latencies
-in T are by the mean of both. Start: to the first result. The stages of `age` add up to the latency. --points
-cloud_to_depth: a node makes depth images of clouds.
+in T are by the mean of both. Start: to the first result. The stages of `age` add up to the latency.
 
-    ./run bench live                                          # all rates, numbers of people and points
-    ./run bench live --rates 30 --people 2 --points depth_image --seconds 30 mode:=balanced
+    ./run bench live                                          # all rates and numbers of people
+    ./run bench live --rates 30 --people 2 --seconds 30 mode:=balanced
 """
 import argparse
 import contextlib
@@ -24,7 +23,6 @@ from typing import Dict, Iterable, List, Mapping, Optional, Tuple
 
 import numpy as np
 import psutil
-import rosbag
 import rosnode
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, Timing
@@ -34,37 +32,23 @@ from crowd import make_crowd
 from openpose_ros_tools.ros import images_to_bag
 from results.machine import Unit
 from session import ResultWatch, Session, wait_for
-from skeleton_extract_3d.points.depth import cloud_from_depth
-from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
-from skeleton_extract_3d.ros.convert import cloud_to_message
 from skeleton_extract_3d.ros.extractor import AGE_STAGES
 
 NAMESPACE = '/kinect2/qhd'
-# What the driver publishes, by the points that the chain reads.
-TOPICS = {'depth_image': 'image_color camera_info image_depth_rect', 'point_cloud': 'image_color points'}
+# What the driver publishes.
+TOPICS = ('image_color', 'camera_info', 'image_depth_rect')
 PEOPLE_3D = '/openpose_ros/skeleton_3d/detected_poses_3d'
 TIMING = '/skeleton_extract_3d_node/timing'
-START_TIMEOUT = 240.0
+START_TIMEOUT, WARM_UP = 240.0, 5.0  # [s]
 TOTALS = ('total', 'age')  # sums of stages
-# Points for the chain: arguments of people.launch.
-POINTS = {'depth_image': [f'depth:={NAMESPACE}/image_depth_rect'], 'point_cloud': [],
-          'cloud_to_depth': [f'depth:={NAMESPACE}/depth_registered/image_rect']}
 
 
-def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
-    """Write a sequence folder into a bag for the driver, with clouds if wanted; return the bag."""
+def make_bag(sequence: Path, bag: Path) -> Path:
+    """Write a sequence folder into a bag for the driver; return the bag."""
     with contextlib.redirect_stdout(io.StringIO()):
         status = images_to_bag.main([str(sequence), '-o', str(bag), '--overwrite'])
     if status:
         raise OSError(f'{sequence} could not be written into {bag}')
-    if cloud:
-        with rosbag.Bag(str(bag)) as written:
-            headers = [depth.header for _, depth, _ in written.read_messages([f'{NAMESPACE}/image_depth_rect'])]
-        frames = RgbdSequence.read(sequence)
-        with rosbag.Bag(str(bag), 'a') as written:
-            for header, frame in zip(headers, frames):
-                points = cloud_from_depth(frame.depth * 0.001, frames.camera, frame.bgr)
-                written.write(f'{NAMESPACE}/points', cloud_to_message(points, header), header.stamp)
     return bag
 
 
@@ -77,10 +61,10 @@ def start_camera(session: Session, bag: Path, rate: float, stamps: Optional[Path
         names: of the node, and namespace of the topics.
     """
     node, namespace = names
-    topics = {*TOPICS['depth_image'].split(), *TOPICS['point_cloud'].split()}
     return session.start(node, ['rosrun', 'openpose_ros_nodelets', 'bag_camera', f'__name:={node}', f'_bag:={bag}',
-                                f'_rate:={rate}', *(f'_{key}:={value}' for key, value in parameters.items()),
-                                *(f'{NAMESPACE}/{topic}:={namespace}/{topic}' for topic in topics)],
+                                f'_rate:={rate}', f'_topics:={" ".join(TOPICS)}',
+                                *(f'_{key}:={value}' for key, value in parameters.items()),
+                                *(f'{NAMESPACE}/{topic}:={namespace}/{topic}' for topic in TOPICS)],
                          stamps or bag.with_suffix('.txt'))
 
 
@@ -96,7 +80,7 @@ def node_process(name: str) -> psutil.Process:
     return psutil.Process(node.getPid(rospy.get_name())[2])
 
 
-def watch_nodes(session: Session, command: List[str], options: argparse.Namespace) -> Tuple[
+def watch_nodes(session: Session, command: List[str], seconds: float) -> Tuple[
         Dict[str, object], np.ndarray, np.ndarray]:
     """Start nodes, watch their results for a while after they have warmed up, and end them.
 
@@ -107,14 +91,14 @@ def watch_nodes(session: Session, command: List[str], options: argparse.Namespac
     nodes = session.start('nodes', command)
     wait_for(lambda: watch.arrivals, START_TIMEOUT, 'first results', nodes)
     start = time.monotonic() - began
-    time.sleep(options.warm_up)
+    time.sleep(WARM_UP)
     processes = {name: node_process(name) for name in rosnode.get_node_names()
                  if name not in ('/rosout', rospy.get_name())}
     for process in processes.values():
         process.cpu_percent()  # begins to count
     first, begin = len(watch.arrivals), time.monotonic()
-    time.sleep(options.seconds)
-    last, seconds = len(watch.arrivals), time.monotonic() - begin
+    time.sleep(seconds)
+    last, measured = len(watch.arrivals), time.monotonic() - begin
     processor = {node: process.cpu_percent() for node, process in processes.items()}
     memory = {node: process.memory_info().rss / 1e6 for node, process in processes.items()}
     timing = rospy.wait_for_message(TIMING, Timing, START_TIMEOUT)
@@ -124,7 +108,7 @@ def watch_nodes(session: Session, command: List[str], options: argparse.Namespac
     late = 1e3 * np.percentile(latencies, (50, 95))
     means = {stage.stage: stage.mean for stage in timing.stages
              if np.isfinite(stage.mean) and stage.stage not in TOTALS}
-    return {'results [Hz]': round(len(people) / seconds, 1),
+    return {'results [Hz]': round(len(people) / measured, 1),
             'latency median / 95 % [ms]': ' / '.join(f'{value:.0f}' for value in late),
             'sum of the stages': round(sum(means.get(name, 0.0) for name in AGE_STAGES)),
             'stages, means [ms]': ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
@@ -149,21 +133,17 @@ def measure_all(session: Session, folder: Path, arguments: argparse.Namespace) -
     """Measure all rows and print each; return their cells, and latency [s] and number of people of each result."""
     rospy.init_node('live', disable_signals=True)
     unit, measured = Unit(), []
-    for points, rate, people in itertools.product(arguments.points, arguments.rates, arguments.people):
+    for rate, people in itertools.product(arguments.rates, arguments.people):
         sequence = DEMO if people == 2 else make_crowd(folder / f'crowd_{people}', [people])
         before = unit.milliseconds()
-        children = [start_camera(session, make_bag(sequence, folder / 'camera.bag'), rate)]
-        if points == 'cloud_to_depth':
-            children.append(session.start(points, ['roslaunch', 'openpose_ros_bringup', 'nodelets.launch',
-                                                   'cloud_to_depth:=true']))
+        camera = start_camera(session, make_bag(sequence, folder / 'camera.bag'), rate)
         cells, *seen = watch_nodes(session, [
             'roslaunch', 'openpose_ros_bringup', 'people.launch', 'signals:=false', f'target_rate:={rate}',
-            *POINTS[points], *arguments.launch], arguments)
-        for child in reversed(children):
-            session.stop(child)
+            f'depth:={NAMESPACE}/image_depth_rect', *arguments.launch], arguments.seconds)
+        session.stop(camera)
         after = unit.milliseconds()
         in_unit = 1e3 * np.percentile(seen[0], (50, 95)) / ((before + after) / 2)
-        row = {'camera [Hz]': rate, 'people': people, 'points': points, **cells,
+        row = {'camera [Hz]': rate, 'people': people, **cells,
                'T [ms]': f'{before:.0f} - {after:.0f}', 'in T': ' / '.join(f'{value:.2f}' for value in in_unit)}
         measured.append((row, *seen))
         print(' | '.join(map(str, row.values())), *worth_reading(folder / 'nodes.log'), sep='\n', flush=True)
@@ -182,9 +162,7 @@ def parse_arguments() -> argparse.Namespace:
     parser = Parser(__doc__)
     parser.add_argument('--rates', type=float, nargs='+', default=[10.0, 15.0, 30.0], help='of the camera [Hz]')
     parser.add_argument('--people', type=int, nargs='+', default=[1, 2, 5, 8], choices=range(1, 9), metavar='1..8')
-    parser.add_argument('--points', nargs='+', choices=POINTS, default=['depth_image', 'point_cloud'])
     parser.add_argument('--seconds', type=float, default=15.0, help='to measure a row (default %(default)s)')
-    parser.add_argument('--warm-up', type=float, default=5.0, help='before that [s] (default %(default)s)')
     parser.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file, anywhere')
     named = [text for text in sys.argv[1:] if ':=' in text]
     arguments = parser.parse_args([text for text in sys.argv[1:] if text not in named])

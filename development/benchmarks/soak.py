@@ -36,7 +36,7 @@ from sensor_msgs.msg import Image
 
 from common import Parser, markdown, run_live
 from crowd import make_crowd
-from live import NAMESPACE, TOPICS, make_bag, node_process, played_stamps, start_camera
+from live import NAMESPACE, make_bag, node_process, played_stamps, start_camera
 from openpose_ros_pkg.errors import OpenposeRosError
 from session import Diagnostics, Session, await_true, wait_for
 from skeleton_extract_3d.ros.extractor import NAMESPACE as RESULTS
@@ -200,7 +200,7 @@ class Soak:
 
     def __init__(self, session: Session, folder: Path, minutes: float) -> None:
         self._session, self._folder, self._seconds = session, folder, 60 * minutes
-        self._bag = make_bag(make_crowd(folder / 'crowd', PEOPLE, PART), folder / 'camera.bag', cloud=False)
+        self._bag = make_bag(make_crowd(folder / 'crowd', PEOPLE, PART), folder / 'camera.bag')
         self._cycles = max(int(min(CYCLES, self._seconds / LEAST_CYCLE)), 2)
         self._runs: Dict[Chain, List[Path]] = {chain: [] for chain in CHAINS}
         self._cameras: Dict[Chain, subprocess.Popen] = {}
@@ -247,8 +247,7 @@ class Soak:
     def _start_camera(self, chain: Chain) -> None:
         stamps = self._folder / f'{chain.camera}_{len(self._runs[chain])}.txt'
         self._runs[chain].append(stamps)
-        self._cameras[chain] = start_camera(self._session, self._bag, chain.rate, stamps, (chain.camera, chain.topics),
-                                            topics=TOPICS['depth_image'])
+        self._cameras[chain] = start_camera(self._session, self._bag, chain.rate, stamps, (chain.camera, chain.topics))
 
     def _disturb(self, cycle: int) -> Iterator[float]:
         """Disturb the chains; yield the share of the cycle at which the next disturbance is due."""

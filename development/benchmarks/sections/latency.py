@@ -45,4 +45,4 @@ def watch(session: Any, folder: Path, quick: bool) -> List[Any]:
     """Return what `live.measure_all` does."""
     rates, people, seconds = (RATES[:1], PEOPLE[:1], 5.0) if quick else (RATES, PEOPLE, SECONDS)
     return live.measure_all(session, folder, argparse.Namespace(
-        rates=rates, points=['depth_image'], people=people, warm_up=5.0, seconds=seconds, launch=[]))
+        rates=rates, people=people, seconds=seconds, launch=[]))

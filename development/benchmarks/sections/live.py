@@ -10,7 +10,7 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from chain_runs import Frames, name_of, open_sequence
 from common import on_a_master
-from live import PEOPLE_3D, TOPICS, make_bag, played_stamps, start_camera, worth_reading
+from live import PEOPLE_3D, make_bag, played_stamps, start_camera, worth_reading
 from results import Options, Section, Table
 from scoring.counts import Counts
 from scoring.figures import Figure, figures_of, named, rows_of
@@ -22,7 +22,6 @@ from skeleton_extract_3d.ros.convert import people_from_array
 # Frames per second that scenes are played at; 5 Hz: what a machine three times as fast does at 15 Hz.
 RATES = (15.0, 5.0)
 EVERY = 4
-POINTS = 'depth_image'
 # Results before the first sequence, so that the first measured frame is one like the others.
 LEAD_IN = 30
 # To wait for the nodes, and at most for the result of the last frame [s].
@@ -82,7 +81,7 @@ class Player:
         self._session, self._folder, self._rate = session, folder, rate
         self._results: Dict[int, Tuple[People3D, float]] = {}  # by stamp [ns]: people, and latency [s]
         self.nodes = session.start('nodes', ['roslaunch', 'skeleton_extract_3d', 'openpose_skeleton_extract.launch',
-                                             f'points_source:={POINTS}', f'target_rate:={rate}', *arguments])
+                                             'points_source:=depth_image', f'target_rate:={rate}', *arguments])
         rospy.Subscriber(PEOPLE_3D, PersonDetection_3dArray, self._keep, queue_size=100)
 
     def _keep(self, message: PersonDetection_3dArray) -> None:
@@ -92,8 +91,8 @@ class Player:
     def _start(self, sequence: Path, **parameters: Any) -> Tuple['subprocess.Popen[bytes]', Path]:
         bag = self._folder / f'{name_of(sequence)}.bag'
         if not bag.is_file():
-            make_bag(sequence, bag, cloud=False)
-        camera = start_camera(self._session, bag, self._rate, topics=TOPICS[POINTS], **parameters)
+            make_bag(sequence, bag)
+        camera = start_camera(self._session, bag, self._rate, **parameters)
         return camera, bag.with_suffix('.txt')
 
     def lead_in(self, sequence: Path) -> None:
