@@ -32,14 +32,11 @@ def main() -> int:
     parser.add_argument('--exact-2d', action='store_true', help='take the true pixels instead of the detector')
     add_settings(parser, 'of the chain')
     parser.add_argument('--budget', type=float, default=0.0, help='search after each frame, with this work per frame')
-    parser.add_argument('--floor', action='store_true', help='the true floor is known, as with use_floor')
     arguments = parser.parse_args()
     folders = arguments.sequences or scenes_of(SCENES)
     settings = build(ChainSettings, setting_values(parser, arguments.settings))
     finder = chain_runs.Finder(settings, arguments.budget, exact=arguments.exact_2d)
-    # z of the world by the coordinates of the camera
-    runs = [finder.run(folder, chain_runs.camera_poses(folder)[:, 2] if arguments.floor else None)
-            for folder in folders]
+    runs = [finder.run(folder) for folder in folders]
     detecting, estimating = 1e3 * np.median([times for run in runs for times in run.times], axis=0)
     work = np.concatenate([run.work for run in runs])
     print(f'median ms per frame: 2D {detecting:.1f}, 3D {estimating:.2f}')

@@ -138,13 +138,11 @@ def play(chain: PeopleChain, machine: Machine, moments: Sequence[Moment]) -> Lis
     return answers
 
 
-def counted(moments: Sequence[Moment], answers: Sequence[Answer], tell: bool = False) -> Counter:
-    """Return the sums of a `Tally`; `tell`: print its events."""
+def counted(moments: Sequence[Moment], answers: Sequence[Answer]) -> Counter:
+    """Return the sums of a `Tally`."""
     tally, by_number = Tally(), {answer.number: answer for answer in answers}
     for number, moment in enumerate(moments):
         tally.add(moment, by_number.get(number))
-        if tell and tally.events:
-            print(f'  {moment.frame.stamp - BEGIN:.2f} s: {", ".join(tally.events)}')
     return tally.sums
 
 
@@ -185,11 +183,10 @@ class Person:
 
 
 class Tally:
-    """Counts what answers tell: `sums`; `events` of the newest moment as text."""
+    """Counts what answers tell: `sums`."""
 
     def __init__(self) -> None:
         self.sums = Counter(lost=0, plain=0, ghosts=0, found=0, switches=0, kept=0, returned=0)
-        self.events: List[str] = []
         self._people: Dict[int, Person] = {}
         self._owners: Dict[int, int] = {}  # the last person of each id; 0: none
         self._before = -np.inf  # stamp of the last moment [s]
@@ -197,14 +194,12 @@ class Tally:
     def add(self, moment: Moment, answer: Optional[Answer]) -> None:
         """Count a moment; None: it was not answered."""
         sums, now, plain = self.sums, moment.frame.stamp, moment.visible.sum(axis=1) >= PLAIN
-        pairs, self.events = {}, []
+        pairs: Dict[int, int] = {}
         if answer is not None:
             found = answer.result.people_3d
             pairs = pair(moment.xyz, moment.visible, found_of(found))
-            ghosts = [f'ghost {found.ids[k]}' for k in range(len(found)) if k not in pairs.values()]
-            lost = [f'lost {moment.ids[row]}' for row in np.flatnonzero(plain) if row not in pairs]
-            sums.update(answered=1, found=len(found), ghosts=len(ghosts), plain=int(plain.sum()), lost=len(lost))
-            self.events = [*ghosts, *lost]
+            sums.update(answered=1, found=len(found), ghosts=len(found) - len(pairs), plain=int(plain.sum()),
+                        lost=len(set(np.flatnonzero(plain)) - set(pairs)))
             self._owners = {**dict.fromkeys(found.ids.tolist(), 0), **self._owners}
         for row, name in enumerate(moment.ids):
             person = self._people.setdefault(name, Person(now, now))
@@ -222,9 +217,7 @@ class Tally:
         person = self._people[name]
         old, returned = person.id, person.id is not None and person.away >= AWAY
         self.sums.update(returned=returned, kept=returned and old == new)
-        if self._owners[new] not in (0, name) or (old not in (None, new) and not returned):
-            self.sums['switches'] += 1
-            self.events.append(f'switch of {name} from {old} to {new}')
+        self.sums['switches'] += self._owners[new] not in (0, name) or (old not in (None, new) and not returned)
         person.id, person.away, person.since, self._owners[new] = new, 0.0, now, name
 
 
@@ -254,7 +247,6 @@ def main() -> int:
     parser.add_argument('--black', type=float, default=1.5, help='for so long [s]')
     parser.add_argument('--light', type=float, nargs=3, default=(1.0, 1.0, 1.0),
                         help='factors, at most 1, on blue, green and red after the first pass')
-    parser.add_argument('--tell', action='store_true', help='print each loss, ghost and switch')
     add_settings(parser, 'of the chain')
     arguments = parser.parse_args()
     chains = Chains(build(ChainSettings, setting_values(parser, arguments.settings)))
@@ -264,7 +256,7 @@ def main() -> int:
         for rate, slow, load in itertools.product(arguments.rates, arguments.slow, arguments.loads):
             played = passes(moments, rate, arguments.passes, arguments.black, arguments.light)
             answers = play(chains.new(slow, load), chains.machine, played)
-            sums = counted(played, answers, arguments.tell)
+            sums = counted(played, answers)
             latencies = [answer.latency / T / slow for answer in answers]
             rows.append(row_of((folder.resolve().name, f'{rate:g}', f'{slow:g}', f'{load:g}'), sums, latencies))
             print(*rows[-1], sep=' | ', flush=True)

@@ -8,7 +8,7 @@ those of the true joints.
 import zlib
 from dataclasses import replace
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Set, Tuple
+from typing import Dict, List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -72,12 +72,6 @@ class _Truth:
                        for frame, pose in zip(truth, camera_poses(folder))]
         self.seen = [dict(zip(frame.ids, (frame.labels == VISIBLE).any(axis=1))) for frame in truth]
 
-    def found_in(self, number: int, found: People3D) -> Set[int]:
-        """Return the ids of the true people of a frame that were found."""
-        people = self.people[number]
-        visible = np.ones(people.xyz.shape[:2], bool)
-        return {int(people.ids[row]) for row in pair(people.xyz, visible, found)}
-
     def at(self, time: float) -> Tuple[People3D, Dict[int, bool]]:
         """Return the people at a time between the first and the last frame, of ids in both frames around it."""
         after = int(np.clip(np.searchsorted(self.times, time, 'right'), 1, len(self.times) - 1))
@@ -123,7 +117,9 @@ def score_separation(folder: Path, frames: Frames, delivery: Delivery) -> Counts
                 newest = float(truth.times[number])
                 pose = poses[number][:3, :3], poses[number][:3, 3]
                 estimator.take(found[number], newest, View.of(camera, pose))
-                known |= truth.found_in(number, found[number])
+                true_people = truth.people[number]
+                every_joint = np.ones(true_people.xyz.shape[:2], bool)
+                known |= {int(true_people.ids[row]) for row in pair(true_people.xyz, every_joint, found[number])}
             links, (people, seen) = robot.at(now), truth.at(now)
             capsules = capsules_of(people)
             if not len(capsules):
@@ -149,7 +145,7 @@ def _in_world(people: People3D, poses: np.ndarray, times: np.ndarray, number: in
     before, after = max(number - 1, 0), min(number + 1, len(poses) - 1)
     first, last = (transform_people(people, poses[each][:3, :3], poses[each][:3, 3]).xyz for each in (before, after))
     velocity = moved.velocity + (last - first) / (times[after] - times[before])
-    return People3D(moved.skeleton, moved.xyz, moved.confidence, moved.status, moved.sigma, moved.ids, velocity)
+    return replace(moved, velocity=velocity)
 
 
 def _robots(truth: _Truth, scene: str) -> List[_Robot]:

@@ -13,7 +13,7 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.assignment import match
+from openpose_ros_tools.alignment.people import pair_people
 
 from .counts import WHOLE, Counts, at_times, tags_of
 from .figures import Average, Quantile, Ratio, of_rows, of_sums, values_of, within
@@ -59,7 +59,9 @@ def score_signals(folder: Path, frames: Iterable[Tuple[float, Sequence[Person]]]
     rays: List[Tuple[float, float, float, str]] = []
     changes = _changes(truth['frames'])
     for frame, people in zip(true, found):
-        pairs = _pairs(np.array([person['xyz'][neck] for person in frame['people']]).reshape(-1, 3), people)
+        true_necks, necks = (np.array(each).reshape(-1, 1, 3) for each in (
+            [person['xyz'][neck] for person in frame['people']], [person.neck for person in people]))
+        pairs = dict(pair_people(true_necks, necks, GATE))
         for row, person in enumerate(people):
             if row not in pairs.values():
                 for label in set(person.labels) & set(LABELS):
@@ -92,12 +94,6 @@ def _changes(frames: Sequence[Dict[str, Any]]) -> Dict[Tuple[int, str], List[flo
                 seen.setdefault((person['id'], label), []).append((frame['t'], label in person['labels']))
     return {key: [(a[0] + b[0]) / 2 for a, b in zip(states, states[1:]) if a[1] != b[1]]
             for key, states in seen.items()}
-
-
-def _pairs(necks: np.ndarray, people: Sequence[Person]) -> Dict[int, int]:
-    found = np.array([person.neck for person in people]).reshape(-1, 3)
-    apart = np.linalg.norm(necks[:, np.newaxis] - found, axis=2)
-    return dict(match(apart, apart <= GATE))
 
 
 def _angle(label: Label, target: np.ndarray) -> float:

@@ -63,6 +63,7 @@ def measure(options: Options) -> Section:
     for folder in folders:
         camera = chain_runs.open_sequence(folder).camera
         for name, each in counts.items():
+            # z of the world by the coordinates of the camera
             floors = chain_runs.camera_poses(folder)[:, 2] if name == 'floor_known' else None
             run = finder.run(folder, floors, QUICK_FRAMES if options.quick else None)
             each.append(count(folder.name, true_frames(folder), [people for _, people in run.frames], camera))
