@@ -10,9 +10,10 @@ with the share of joints that are MEASURED. Printed: the fields of `SigmaConstan
 """
 import sys
 from pathlib import Path
-from typing import List, NamedTuple, Tuple
+from typing import List, Tuple
 
 import numpy as np
+import pandas as pd
 from scipy.optimize import minimize
 
 from ablation import changed, in_place_of
@@ -37,21 +38,13 @@ WITHIN = 0.955
 RIDGE, CORNER = 3e-4, 0.03
 # Least factor of sigma where what is stated grows: less would turn their order. Chosen.
 ORDER = 0.9
+# What is known of a joint, in the order of `SigmaConstants.knots`.
+EVIDENCE = ('sigma', 'share', 'distance')
 
 
-class Rows(NamedTuple):
-    """N joints: logarithm of error by stated sigma, status and kind, evidence (3, N), weights; see `SigmaConstants`."""
-
-    ratio: np.ndarray
-    inferred: np.ndarray
-    kind: np.ndarray
-    evidence: np.ndarray
-    weight: np.ndarray
-
-
-def counted(folders: List[Path], out: Path) -> Rows:
-    """Return the joints of scenes in all runs, each of the same weight."""
-    bare, parts = METHOD, []
+def counted(folders: List[Path], out: Path) -> pd.DataFrame:
+    """Return the rows of the joints of scenes in all runs, see `rows_of`, with weights: each run has the same."""
+    bare, runs = METHOD, []
     for field in ('joints', 'evidence'):
         bare = changed(bare, ['track', 'sigma', field], 0.0)
     with in_place_of(METHOD, bare):
@@ -62,52 +55,51 @@ def counted(folders: List[Path], out: Path) -> Rows:
                 if not path.is_file():
                     score_people(folder, finder.run(folder).frames).save(path)
                 found.append(rows_of(load(path)))
-            rows = Rows(*(np.concatenate(values, axis=-1) for values in zip(*found)))
-            parts.append(rows._replace(weight=rows.weight / len(rows.weight) / len(RUNS)))
-    return Rows(*(np.concatenate(values, axis=-1) for values in zip(*parts)))
+            run = pd.concat(found)
+            runs.append(run.assign(weight=1 / len(run) / len(RUNS)))
+    return pd.concat(runs)
 
 
-def rows_of(counts: Counts) -> Rows:
-    """Return the joints of a scene that was counted."""
-    parts, share = [], np.zeros((0, 1))
+def rows_of(counts: Counts) -> pd.DataFrame:
+    """Return the joints of a scene that was counted: logarithm of error by stated sigma, status, kind, EVIDENCE."""
+    share, parts = share_measured(counts.rows['joints']['status'].reshape(-1, len(COCO_18.joints))), []
     for name, joints in (('joints', COCO_18.joints), ('feet', FEET)):
         rows = counts.rows[name].reshape(-1, len(joints))
-        if name == 'joints':
-            share = share_measured(rows['status'])
-        known = (rows['error'] > 0) & (rows['sigma'] > 0)
-        evidence = np.array(np.broadcast_arrays(rows['sigma'], share, rows['distance']))[:, known]
-        parts.append(Rows(np.log(rows['error'][known] / rows['sigma'][known]), rows['status'][known] == INFERRED,
-                          np.broadcast_to(kinds_of(joints), rows.shape)[known], evidence, np.ones(known.sum())))
-    return Rows(*(np.concatenate(values, axis=-1) for values in zip(*parts)))
+        columns = {'error': rows['error'], 'inferred': rows['status'] == INFERRED, 'kind': kinds_of(joints),
+                   'sigma': rows['sigma'], 'share': share, 'distance': rows['distance']}
+        table = pd.DataFrame({key: np.broadcast_to(each, rows.shape).ravel() for key, each in columns.items()})
+        parts.append(table[(table.error > 0) & (table.sigma > 0)])
+    joined = pd.concat(parts)
+    return joined.assign(ratio=np.log(joined.error / joined.sigma))
 
 
-def design_of(rows: Rows) -> Tuple[np.ndarray, List[Tuple[float, float]]]:
+def design_of(rows: pd.DataFrame) -> Tuple[np.ndarray, List[Tuple[float, float]]]:
     """Return what each unknown adds to the logarithm of sigma (N, M), and the bounds of the unknowns, (M,).
 
     Unknown for each status are the change of each kind of joint, then by each evidence its steps from knot to knot.
     """
     constants, columns, bounds = METHOD.track.sigma, [], []
     for inferred in (False, True):
-        own = (rows.inferred == inferred)[:, None]
-        columns.append(own * (rows.kind[:, None] == np.arange(constants.joints.shape[1])))
+        own = (rows.inferred.to_numpy() == inferred)[:, None]
+        columns.append(own * (rows.kind.to_numpy()[:, None] == np.arange(constants.joints.shape[1])))
         bounds += [(-np.inf, np.inf)] * constants.joints.shape[1]
-        for number, (value, knots) in enumerate(zip(rows.evidence, constants.knots)):
+        for number, (name, knots) in enumerate(zip(EVIDENCE, constants.knots)):
             lows, highs = knots[:-1], knots[1:]
-            columns.append(own * np.clip((value[:, None] - lows) / (highs - lows), 0, 1))
+            columns.append(own * np.clip((rows[name].to_numpy()[:, None] - lows) / (highs - lows), 0, 1))
             bounds += [[(-ORDER * (high - low) / high, np.inf), (-np.inf, 0), (0, np.inf)][number]
                        for low, high in zip(lows, highs)]
     return np.concatenate(columns, axis=1), bounds
 
 
-def fitted(rows: Rows) -> Tuple[np.ndarray, np.ndarray]:
+def fitted(rows: pd.DataFrame) -> Tuple[np.ndarray, np.ndarray]:
     """Return `SigmaConstants.joints` and `.evidence`."""
-    design, bounds = design_of(rows)
+    (design, bounds), ratio, weight = design_of(rows), rows.ratio.to_numpy(), rows.weight.to_numpy()
 
     def loss(unknown: np.ndarray) -> Tuple[float, np.ndarray]:
-        left = rows.ratio - design @ unknown - np.log(2)
+        left = ratio - design @ unknown - np.log(2)
         size = np.where(abs(left) < CORNER, left ** 2 / CORNER / 2 + CORNER / 2, abs(left))
-        slope = rows.weight * (np.clip(left / CORNER, -1, 1) / 2 + WITHIN - 0.5)
-        return (rows.weight @ (size / 2 + (WITHIN - 0.5) * left) + RIDGE * unknown @ unknown,
+        slope = weight * (np.clip(left / CORNER, -1, 1) / 2 + WITHIN - 0.5)
+        return (weight @ (size / 2 + (WITHIN - 0.5) * left) + RIDGE * unknown @ unknown,
                 2 * RIDGE * unknown - design.T @ slope)
 
     shape = METHOD.track.sigma.evidence.shape
