@@ -1,5 +1,5 @@
 """Posing of a body: spine, arms and legs by directions, feet and wrists at places, hands and fingers."""
-from typing import Dict, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Dict, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -103,17 +103,16 @@ class Rig:
 
     # ---- forward kinematics ---------------------------------------------------------------------------------
 
-    def _chain(self, turns: np.ndarray, bone: str) -> Tuple[np.ndarray, np.ndarray]:
-        chain: List[int] = []
-        i = self.bones[bone]
-        while i >= 0:
-            chain.insert(0, i)
-            i = self.parents[i]
-        turn, head = turns[chain[0]], self.heads[chain[0]]
-        for before, i in zip(chain, chain[1:]):
-            head = head + turn @ (self.heads[i] - self.heads[before])
-            turn = turn @ turns[i]
-        return turn, head
+    def _forward(self, turns: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+        """Return the rotations (bones, 3, 3) against the reference, and the heads (bones, 3), for the turns of all."""
+        rotations, heads = np.empty_like(turns), np.empty_like(self.heads)
+        for i, parent in enumerate(self.parents):
+            if parent < 0:
+                rotations[i], heads[i] = turns[i], self.heads[i]
+            else:
+                rotations[i] = rotations[parent] @ turns[i]
+                heads[i] = heads[parent] + rotations[parent] @ (self.heads[i] - self.heads[parent])
+        return rotations, heads
 
     def pose(self, pose: Pose) -> Posed:
         """Return the body in a pose. Nothing sinks into the floor."""
@@ -148,13 +147,7 @@ class Rig:
     def _to_world(self, turns: np.ndarray, frame: Tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
         """Return the (bones, 4, 4) transforms from the rest pose to the world, for the turns of all bones."""
         to_world, pivot, offset = frame
-        rotations, heads = np.empty_like(turns), np.empty_like(self.heads)
-        for i, parent in enumerate(self.parents):
-            if parent < 0:
-                rotations[i], heads[i] = turns[i], self.heads[i]
-            else:
-                rotations[i] = rotations[parent] @ turns[i]
-                heads[i] = heads[parent] + rotations[parent] @ (self.heads[i] - self.heads[parent])
+        rotations, heads = self._forward(turns)
         bones = np.tile(np.eye(4), (len(heads), 1, 1))
         bones[:, :3, :3] = to_world @ rotations @ self.body.reference[:, :3, :3]
         bones[:, :3, 3] = (heads - pivot) @ to_world.T + offset
@@ -216,21 +209,19 @@ class Rig:
     def _place_wrist(self, turns: np.ndarray, side: str, target: Tuple[np.ndarray, np.ndarray, float]) -> None:
         place, pole, weight = target
         lengths, segments = self.lengths[side], self.segments[side]
-        before, shoulder = self._chain(turns, f'upperarm01.{side}')
-        collar = self._chain(turns, f'clavicle.{side}')[0]
-        upper, fore = two_bones(shoulder, place, (lengths['upper_arm'], lengths['forearm']), pole)
-        fore_before = self._chain(turns, f'lowerarm01.{side}')[0] @ segments['forearm']
-        upper = unit(weight * upper + (1 - weight) * unit(before @ segments['upper_arm']))
-        fore = unit(weight * fore + (1 - weight) * unit(fore_before))
-        arm = align(segments['upper_arm'], collar.T @ upper)
-        turns[self.bones[f'upperarm01.{side}']] = arm
-        turns[self.bones[f'lowerarm01.{side}']] = align(segments['forearm'], arm.T @ collar.T @ fore)
+        rotations, heads = self._forward(turns)
+        collar, arm, forearm = (self.bones[f'{bone}.{side}'] for bone in ('clavicle', 'upperarm01', 'lowerarm01'))
+        upper, fore = two_bones(heads[arm], place, (lengths['upper_arm'], lengths['forearm']), pole)
+        upper = unit(weight * upper + (1 - weight) * unit(rotations[arm] @ segments['upper_arm']))
+        fore = unit(weight * fore + (1 - weight) * unit(rotations[forearm] @ segments['forearm']))
+        turns[arm] = align(segments['upper_arm'], rotations[collar].T @ upper)
+        turns[forearm] = align(segments['forearm'], turns[arm].T @ rotations[collar].T @ fore)
 
     def _turn_hand(self, turns: np.ndarray, side: str, wanted: np.ndarray, weight: float) -> None:
         """Turn the hand; the forearm takes 0.6 of the twist."""
         forearm, wrist = self.bones[f'lowerarm02.{side}'], self.bones[f'wrist.{side}']
         turns[forearm] = turns[wrist] = np.eye(3)
-        elbow = self._chain(turns, f'lowerarm01.{side}')[0]
+        elbow = self._forward(turns)[0][self.bones[f'lowerarm01.{side}']]
         turn = Rotation.from_matrix(elbow.T @ wanted @ frame_of(*self.hands[side]).T)
         turn = Rotation.from_rotvec(weight * turn.as_rotvec())
         axis, quaternion = unit(self.segments[side]['forearm']), turn.as_quat()

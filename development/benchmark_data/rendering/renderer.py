@@ -54,12 +54,12 @@ class _People(NamedTuple):
 
 
 class _Hits(NamedTuple):
-    """Where rays hit people: indices of the rays, depths, faces, barycentric weights (N, 3), normals (N, 3)."""
+    """Where rays hit people: indices of the rays, depths, faces, places at rest (N, 3), normals (N, 3)."""
 
     rays: np.ndarray
     depth: np.ndarray
     faces: np.ndarray
-    weights: np.ndarray
+    rest: np.ndarray
     normals: np.ndarray
 
 
@@ -165,12 +165,11 @@ class Renderer:
             here = pixels[hits.rays]
             depth[here], ids[here] = hits.depth, scene.person[hits.faces]
             cosine[here] = np.abs(_dot(hits.normals, self.rays[here])) / self.ray_lengths[here]
-            rest = np.einsum('nk,nki->ni', hits.weights, scene.rest[scene.faces[hits.faces]])
             surface = np.full(len(depth), -1)
             surface[here] = scene.material[hits.faces]
-            dark[here] = materials.is_dark(scene.materials, surface[here], rest)
+            dark[here] = materials.is_dark(scene.materials, surface[here], hits.rest)
             room = flat.copy()
-            flat[here] = self._shade(scene, hits, self.rays[here], rest)
+            flat[here] = self._shade(scene, hits, self.rays[here])
             self._smooth_edges(scene, color, room, surface.reshape(self.size))
         depth = np.where(depth > NOTHING / 2, 0, depth)
         color = color * np.array(self.light.tint, np.float32)
@@ -211,14 +210,15 @@ class Renderer:
         depth, faces, weights = self._cast(scene.scene, rays)
         hit = np.flatnonzero((faces >= 0) & (depth < limit))
         depth, faces, weights = depth[hit], faces[hit], weights[hit]
-        normals = np.einsum('nk,nki->ni', weights, scene.normals[scene.faces[faces]])
+        normals, rest = (np.einsum('nk,nki->ni', weights, values[scene.faces[faces]])
+                         for values in (scene.normals, scene.rest))
         normals /= np.sqrt(_dot(normals, normals))[:, None] + 1e-9
-        return _Hits(hit, depth, faces, weights, _towards_camera(normals, rays[hit]))
+        return _Hits(hit, depth, faces, rest, _towards_camera(normals, rays[hit]))
 
-    def _shade(self, scene: _People, hits: _Hits, rays: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    def _shade(self, scene: _People, hits: _Hits, rays: np.ndarray) -> np.ndarray:
         if not len(hits.rays):
             return np.zeros((0, 3))
-        color = materials.albedo(scene.materials, scene.material[hits.faces], rest)
+        color = materials.albedo(scene.materials, scene.material[hits.faces], hits.rest)
         points = self.camera.origin + rays * hits.depth[:, None]
         casters = [scene.scene, *([] if self.furniture is None else [self.furniture])]
         lit = self._lit(casters, points + hits.normals * 4e-3)
@@ -235,9 +235,8 @@ class Renderer:
         rows, columns = np.divmod(pixels, self.size[1])
         rays = np.concatenate([self.camera.rays(columns + x, rows + y) for x, y in SUB_PIXELS])
         hits = self._hit(scene, rays, np.tile(self.room_depth[pixels], 4))
-        rest = np.einsum('nk,nki->ni', hits.weights, scene.rest[scene.faces[hits.faces]])
         samples = np.tile(room[pixels], (4, 1))
-        samples[hits.rays] = self._shade(scene, hits, rays[hits.rays], rest)
+        samples[hits.rays] = self._shade(scene, hits, rays[hits.rays])
         color.reshape(-1, 3)[pixels] = samples.reshape(4, -1, 3).mean(0)
 
 
