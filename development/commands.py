@@ -92,7 +92,7 @@ def test(arguments: Sequence[str]) -> NoReturn:
 
 # Commands whose programs tell their own options.
 WITH_HELP = ('setup', 'demo', 'launch', 'doctor', 'shell', 'model')
-BENCHMARKS = ('accuracy', 'ablation', 'calibration', 'live', 'report', 'soak', 'virtual')
+BENCHMARKS = ('accuracy', 'ablation', 'calibration', 'report', 'soak', 'virtual')
 COMMANDS: Dict[str, Callable[[Sequence[str]], None]] = {
     'setup': set_up, 'demo': demo, 'camera': camera, 'launch': launch, 'doctor': doctor, 'shell': shell, 'test': test,
     'model': model, 'bench': bench, 'config': write_config, 'docs': write_docs, 'lock': write_locks,

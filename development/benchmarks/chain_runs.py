@@ -46,11 +46,6 @@ Frames = List[Tuple[float, People3D]]
 open_sequence = RgbdSequence.read
 
 
-def name_of(folder: Path) -> str:
-    """Return a name for files of a sequence."""
-    return f'{folder.resolve().parent.name}_{folder.resolve().name}'
-
-
 def camera_poses(folder: Path) -> np.ndarray:
     """Return T_world_camera of each frame, (F, 4, 4); in the world, z is up and the floor is z = 0."""
     path, sequence = folder / 'meta.json', open_sequence(folder)

@@ -20,6 +20,7 @@ import struct
 import subprocess
 import sys
 import time
+import xmlrpc.client
 from argparse import Namespace
 from contextlib import suppress
 from pathlib import Path
@@ -34,9 +35,9 @@ from dynamic_reconfigure.client import Client
 from scipy.stats import theilslopes
 from sensor_msgs.msg import Image
 
+from camera_driver import NAMESPACE, make_bag, played_stamps, start_camera
 from common import Parser, markdown, run_live
 from crowd import make_crowd
-from live import NAMESPACE, make_bag, node_process, played_stamps, start_camera
 from openpose_ros_pkg.errors import OpenposeRosError
 from session import Diagnostics, Session, await_true, wait_for
 from skeleton_extract_3d.ros.extractor import NAMESPACE as RESULTS
@@ -117,6 +118,12 @@ class Sampler:
                 except (OSError, psutil.Error):  # it was killed and is not there again
                     self._processes.pop(node, None)
             time.sleep(max(min(self._period, self._began + seconds - time.monotonic()), 0.0))
+
+
+def node_process(name: str) -> psutil.Process:
+    """Return the process of a node; OSError: it does not answer."""
+    node = xmlrpc.client.ServerProxy(rospy.get_master().lookupNode(name)[2])
+    return psutil.Process(node.getPid(rospy.get_name())[2])
 
 
 def recorded(folder: Path) -> Dict[str, pd.DataFrame]:

@@ -8,9 +8,9 @@ import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
-from chain_runs import Frames, name_of, open_sequence
+from camera_driver import PEOPLE_3D, make_bag, played_stamps, start_camera, worth_reading
+from chain_runs import Frames, open_sequence
 from common import on_a_master
-from live import PEOPLE_3D, make_bag, played_stamps, start_camera, worth_reading
 from results import Options, Section, Table
 from scoring.counts import Counts
 from scoring.figures import Figure, figures_of, named, rows_of
@@ -89,7 +89,7 @@ class Player:
         self._results[message.header.stamp.to_nsec()] = (people_from_array(message), latency)
 
     def _start(self, sequence: Path, **parameters: Any) -> Tuple['subprocess.Popen[bytes]', Path]:
-        bag = self._folder / f'{name_of(sequence)}.bag'
+        bag = self._folder / f'{sequence.name}.bag'
         if not bag.is_file():
             make_bag(sequence, bag)
         camera = start_camera(self._session, bag, self._rate, **parameters)
@@ -104,7 +104,7 @@ class Player:
     def play(self, sequence: Path) -> Tuple[Frames, List[float]]:
         """Play a sequence once; return the frames with a result, with their times in it, and their latencies [s]."""
         source = open_sequence(sequence)
-        count, (camera, log) = len(source), self._start(sequence, frame_id=name_of(sequence), once=True)
+        count, (camera, log) = len(source), self._start(sequence, frame_id=sequence.name, once=True)
         wait_for(lambda: len(played_stamps(log)) == count, START_TIMEOUT + count / self._rate, 'end of the sequence',
                  self.nodes)
         stamps, deadline = played_stamps(log), time.monotonic() + LAST_RESULT
