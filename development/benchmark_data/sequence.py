@@ -131,7 +131,8 @@ def _write_meta(scene: Scene, view: Tuple[int, Camera], rendered: Tuple[List[Any
         people.append({'id': i + 1, 'stature_m': round(rig.body.stature, 3), **{
             name: value if isinstance(value, str) else round(value, 3) for name, value in look.items()}})
     meta = dict(
-        K=model.matrix(), fps=scene.fps, frame_id='camera_rgb_optical_frame', width=model.width, height=model.height,
+        K=[model.fx, 0, model.cx, 0, model.fy, model.cy, 0, 0, 1], fps=scene.fps,
+        frame_id='camera_rgb_optical_frame', width=model.width, height=model.height,
         n_frames=len(frames), T_world_camera=np.round(camera.pose(), 6).tolist(),
         camera={'height_m': round(camera.height, 3), 'pitch_down_deg': round(camera.pitch, 2)}, scenario=scene.name,
         seed=scene.seed, sensor=scene.sensor, depth='uint16 mm, 0 = invalid, aligned to rgb',

@@ -1,5 +1,5 @@
 """Pinhole cameras in the room."""
-from typing import NamedTuple, Tuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,10 +18,6 @@ class Intrinsics(NamedTuple):
         """Return the same view with half the pixels per axis."""
         return Intrinsics(self.width // 2, self.height // 2, self.fx / 2, self.fy / 2, (self.cx + 0.5) / 2 - 0.5,
                           (self.cy + 0.5) / 2 - 0.5)
-
-    def matrix(self) -> Tuple[float, ...]:
-        """Return K, row-major."""
-        return (self.fx, 0, self.cx, 0, self.fy, self.cy, 0, 0, 1)
 
 
 class Camera:

@@ -117,10 +117,8 @@ class Average:
     digits: int = 3
 
     def values(self, counts: Sequence[Counts], weights: np.ndarray) -> np.ndarray:
-        parts = np.array([part.values(counts, weights) for part in self.parts])
-        there = np.isfinite(parts)
-        return np.divide(np.where(there, parts, 0).sum(axis=0), there.sum(axis=0),
-                         out=np.full(len(weights), np.nan), where=there.any(axis=0))
+        parts = np.ma.masked_invalid([part.values(counts, weights) for part in self.parts])
+        return parts.mean(axis=0).filled(np.nan)
 
     def size(self, counts: Sequence[Counts]) -> int:
         return sum(part.size(counts) for part in self.parts)
