@@ -25,28 +25,9 @@ def lift_by_window(people: People2D, image_size: Tuple[int, int], points: PointG
     u, v = pixels[..., 0], pixels[..., 1]
     seen = people.present & (u >= 0) & (u < points.width) & (v >= 0) & (v < points.height)
     xyz = np.full((*people.xy.shape[:2], 3), np.nan)
-    xyz[seen] = _STATISTICS[statistic](points.window(u[seen], v[seen], window))
-    found = np.isfinite(xyz).all(axis=2)
-    return People3D(people.skeleton, xyz, people.confidence, np.where(found, MEASURED, MISSING),
-                    np.full(found.shape, np.nan), people.ids, existence=people.existence)
-
-
-def _finite_mean(points: np.ndarray) -> np.ndarray:
-    """Return the mean of the finite ones of (M, N, 3) points, (M, 3); NaN if there is none."""
-    valid = np.isfinite(points).all(axis=2)
-    count = valid.sum(axis=1)[:, None]
-    total = np.where(valid[..., None], points, 0).sum(axis=1)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
-
-
-def _finite_median(points: np.ndarray) -> np.ndarray:
-    """Return the median per coordinate of the finite ones of (M, N, 3) points, (M, 3); NaN if there is none."""
-    valid = np.isfinite(points).all(axis=2)
-    count = valid.sum(axis=1)
-    ordered = np.sort(np.where(valid[..., None], points, np.inf), axis=1)
-    each = np.arange(len(points))
-    middle = (ordered[each, np.maximum(count - 1, 0) // 2] + ordered[each, count // 2 * (count > 0)]) / 2
-    return np.where(count[:, None] > 0, middle, np.nan)
-
-
-_STATISTICS = {'mean': _finite_mean, 'median': _finite_median}
+    around = points.window(u[seen], v[seen], window)
+    found = np.isfinite(around[..., 2]).any(axis=1)
+    seen[seen] = found
+    xyz[seen] = {'mean': np.nanmean, 'median': np.nanmedian}[statistic](around[found], axis=1)
+    return People3D(people.skeleton, xyz, people.confidence, np.where(seen, MEASURED, MISSING),
+                    np.full(seen.shape, np.nan), people.ids, existence=people.existence)
