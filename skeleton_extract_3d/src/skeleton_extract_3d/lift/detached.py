@@ -3,13 +3,12 @@
 The front of a body is one surface, from the shoulders to the hips and along the legs. Where its depth falls by a step
 on the way to a joint and does not rise again, as it does behind an arm, what is seen there is in front of the body.
 """
-from typing import NamedTuple
-
 import numpy as np
 
 from skeleton_extract_3d.body.body import ENDS, HEAD, HIPS, MIDDLES, NECK, SHOULDERS
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.constants import DetachedConstants
+from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.lift.surfaces import depths_at, lower_median
 from skeleton_extract_3d.points.point_grid import PointGrid
 
@@ -21,17 +20,7 @@ _ENDS_OF_WAYS = np.stack([HIPS, HIPS, HIPS, HIPS, _KNEES, [NECK, NECK]], axis=1)
 _PLACES = np.linspace(0.0, 1.0, 25)[:, None]
 
 
-class JointViews(NamedTuple):
-    """What `ObservedPeople` tells of joints, see there."""
-
-    uv: np.ndarray
-    rays: np.ndarray
-    scores: np.ndarray
-    samples: np.ndarray
-    adult_depth: np.ndarray
-
-
-def detached_samples(points: PointGrid, seen: JointViews, method: MethodConstants = METHOD) -> np.ndarray:
+def detached_samples(points: PointGrid, seen: ObservedPeople, method: MethodConstants = METHOD) -> np.ndarray:
     """Return which samples are on surfaces before the own body, (P, 18, 25) bool."""
     joints = detached_joints(points, seen, method)
     if not joints.any():
@@ -41,7 +30,7 @@ def detached_samples(points: PointGrid, seen: JointViews, method: MethodConstant
     return seen.samples < np.where(joints, surface + method.detached.step / 2, -np.inf)[..., None]
 
 
-def detached_joints(points: PointGrid, seen: JointViews, method: MethodConstants = METHOD) -> np.ndarray:
+def detached_joints(points: PointGrid, seen: ObservedPeople, method: MethodConstants = METHOD) -> np.ndarray:
     """Return which joints have a surface before them that is detached from the body, (P, 18) bool."""
     constants, body, people = method.detached, method.body, len(seen.uv)
     falls = falls_along(points, seen.uv[:, _STARTS], seen.uv[:, _ENDS_OF_WAYS], constants)

@@ -1,4 +1,5 @@
 """Observation of people: keypoints on the grid of the points, their rays, and the surfaces around them."""
+from dataclasses import replace
 from typing import Tuple
 
 import numpy as np
@@ -8,7 +9,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import ENDS, HIPS, MIDDLES, NECK, ROOTS, SHOULDERS
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import surfaces
-from skeleton_extract_3d.lift.detached import JointViews, detached_samples
+from skeleton_extract_3d.lift.detached import detached_samples
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -37,11 +38,12 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     least, most = windows.limits
     radius = np.minimum(np.maximum(windows.half_side * focal / adult_depth, least), most)
     samples = surfaces.window_depths(points, uv, radius, windows)
-    view = JointViews(uv, rays, scores, samples, adult_depth)
-    detached = detached_samples(points, view, method)
-    evidence = method.compiled.root_evidence(samples, scores, detached)
-    return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, detached, adult_depth,
-                          evidence, np.zeros(known.shape), np.zeros(known.shape, bool), focal)
+    none = np.zeros(known.shape)
+    observed = ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples,
+                              np.zeros(samples.shape, bool), adult_depth, none, none, none > 0, focal)
+    detached = detached_samples(points, observed, method)
+    return replace(observed, detached=detached,
+                   trunk_evidence=method.compiled.root_evidence(samples, scores, detached))
 
 
 def grid_positions(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]) -> np.ndarray:
