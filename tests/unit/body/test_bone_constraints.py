@@ -4,7 +4,7 @@ import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import JOINTS
-from skeleton_extract_3d.body.bone_constraints import satisfy_lengths
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.track.joint_filter import isotropic
 from synthetic_scene import Person, joints_of, standing
 
@@ -19,7 +19,7 @@ def person():
 
 
 def satisfied(xyz, sigma, usable):
-    return satisfy_lengths(xyz, isotropic(np.full((1, 18), sigma)), TRUE, np.full((1, 8), 0.03), usable)
+    return METHOD.compiled.satisfy_lengths(xyz, isotropic(np.full((1, 18), sigma)), TRUE, np.full((1, 8), 0.03), usable)
 
 
 def test_a_bone_is_one_more_measurement():

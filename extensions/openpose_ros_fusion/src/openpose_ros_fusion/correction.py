@@ -10,8 +10,8 @@ from openpose_ros_fusion.estimate import Joints, Measurements, estimate_joints, 
 from openpose_ros_fusion.observations import KeypointOffsets
 from openpose_ros_fusion.tracks import Tracks
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.bone_constraints import satisfy_lengths
 from skeleton_extract_3d.body.measures import Sizes, expected_lengths, learn, length_spreads
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.track.joint_filter import averaged_innovations, error_variances, mean_innovations
 
@@ -111,5 +111,5 @@ def with_bones(sizes: Sizes, joints: Joints, measured: np.ndarray, confidence: n
     safe = np.where(known[..., np.newaxis], joints.positions, 0.0)
     noise = np.where(known[..., np.newaxis, np.newaxis], joints.covariance, 0.0)
     sizes = learn(sizes, safe, measured & known, confidence)
-    moved = satisfy_lengths(safe, noise, expected_lengths(sizes), length_spreads(sizes), known)
+    moved = METHOD.compiled.satisfy_lengths(safe, noise, expected_lengths(sizes), length_spreads(sizes), known)
     return sizes, np.where(known[..., np.newaxis], moved, np.nan)

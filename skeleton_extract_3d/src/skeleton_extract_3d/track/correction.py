@@ -6,7 +6,6 @@ import numpy as np
 
 from skeleton_extract_3d.body import measures
 from skeleton_extract_3d.body.body import HIPS, SHOULDERS
-from skeleton_extract_3d.body.bone_constraints import satisfy_lengths
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.settings import OcclusionParams
 from skeleton_extract_3d.track.completion import Completion
@@ -78,8 +77,8 @@ def _measured(tracks: Tracks, people: Observations, trusted: np.ndarray, bones: 
     covariance = along_rays(observed.rays, across, along)
     xyz = lifted.xyz
     if bones:
-        xyz = satisfy_lengths(xyz, covariance, measures.expected_lengths(tracks.sizes, method),
-                              measures.length_spreads(tracks.sizes, method), trusted, method)
+        xyz = method.compiled.satisfy_lengths(xyz, covariance, measures.expected_lengths(tracks.sizes, method),
+                                              measures.length_spreads(tracks.sizes, method), trusted)
     return xyz, covariance
 
 
