@@ -72,8 +72,8 @@ def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
 @pytest.mark.parametrize('towards, share', [(0.9, 0.15), (-0.9, 1.0)], ids=['left', 'right'])
 def test_a_limb_of_the_side_that_is_turned_away_is_hardly_seen_on_the_body(towards, share):
     frame, wrist = scene(folded_arm()), INDEX['left_wrist']
-    facing, turned = (occluders.ownership(DepthImage(frame.depth, CAMERA), observed(frame), np.array([2.6]), left, None)
-                      .own[0] for left in (np.zeros((1, 3)), np.array([[0.2, 0.0, towards]])))
+    facing, turned = (occluders.ownership(DepthImage(frame.depth, CAMERA), observed(frame), np.array([2.6]), left)[0][0]
+                      for left in (np.zeros((1, 3)), np.array([[0.2, 0.0, towards]])))
     assert turned[wrist] == pytest.approx(share * facing[wrist])
 
 

@@ -1,13 +1,10 @@
 """What the points say: samples around keypoints, the depth of the trunk, and the costs of a joint's depths."""
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
-from skeleton_extract_3d.lift.records import Ownership
 
 INDEX = COCO_18.index
 ROOT_DEPTHS = METHOD.trunk.depths
@@ -46,9 +43,8 @@ def test_samples_of_others_do_not_tell_where_a_person_is():
 @pytest.mark.parametrize('offset', [0.0, 0.05, 0.115])
 def test_a_joint_is_cheapest_so_deep_under_its_surface(offset):
     full = np.ones((1, 18))
-    seen = SimpleNamespace(samples=np.full((1, 18, 25), 2.5), scores=full)
-    cost = surfaces.depth_costs(seen, np.array([2.5]), (offset * full, 0.08 * full),
-                                Ownership(full, full < 0, None))
+    cost = METHOD.compiled.depth_costs(np.full((1, 18, 25), 2.5), full, np.array([2.5]), offset * full, 0.08 * full,
+                                       full, full < 0, None)
     assert cost.dtype == np.float32 and cost.shape == (1, 18, METHOD.costs.steps)
     assert (cost.min(axis=2) == 0).all()
     # half a step

@@ -108,13 +108,13 @@ struct Constants : Step
   {
     double nearest = get("nearest"), step = get("step");
     double front = get("front"), behind = get("behind");
-    int count = get<int>("count");
+    int count = static_cast<int>(get<Doubles>("depths").size());
     std::vector<Index> low = indices("low", count + 1), high = indices("high", count + 1);
   } trunk{ get<py::object>("trunk") };
 
   struct Costs : Step
   {
-    int steps = get<int>("steps"), half = get<int>("half");
+    int steps = get<int>("steps"), half = steps / 2;  ///< candidates, and the one at the depth of the trunk
     double step = get("step"), hidden = get("hidden"), under = get("under");
     double hidden_score = get("hidden_score"), hidden_slope = get("hidden_slope");
     double hidden_covered = get("hidden_covered"), anything = get("anything");

@@ -25,6 +25,11 @@ using SurfaceArrays = std::tuple<Doubles, Doubles, Integers>;
  */
 py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples, const Doubles& scores,
                                  const std::optional<Flags>& foreign);
+/**
+ * Costs of each joint at depths root + CostConstants.deltas, (P, 18, steps): -2 log likelihoods, the least of each joint
+ * being 0; all are 0 without a keypoint or samples. root: depth of the trunk [m]; offsets: depths of joints under their
+ * surface; gaps: how much further in front a surface hides them [m]; own, covered: see occluders.ownership.
+ */
 py::array_t<float> depthCosts(const Constants& method, const Doubles& samples, const Doubles& scores,
                               const Doubles& root, const Doubles& offsets, const Doubles& gaps, const Doubles& own,
                               const Flags& covered, const std::optional<Flags>& foreign);
@@ -59,6 +64,11 @@ py::tuple readDepths(const Constants& method, const Floats& beliefs);
 // bones.cpp
 py::tuple withFrame(const Constants& method, const std::array<Doubles, 4>& sizes, const Doubles& xyz,
                     const Flags& good);
+/**
+ * Joints (P, 18, 3) [m] moved towards the lengths of bones, each as far as it is uncertain: a length is one more
+ * measurement of both ends of its bone (a Kalman update), bone after bone from the trunk outwards. lengths [m] and
+ * spreads, as shares: (P, 8) in the order of body.BONES; usable: joints that take part.
+ */
 py::array_t<double> satisfyLengths(const Constants& method, const Doubles& xyz, const Doubles& covariance,
                                    const Doubles& lengths, const Doubles& spreads, const Flags& usable);
 // registration.cpp

@@ -82,7 +82,7 @@ void cumulate(const std::vector<double>& histogram, std::vector<double>& below)
   std::partial_sum(histogram.begin(), histogram.end(), below.begin() + 1);
 }
 
-/** Arguments of one joint, see surfaces.depth_costs. */
+/** Arguments of one joint, see depthCosts. */
 struct Joint
 {
   double score, root, offset, gap, own;

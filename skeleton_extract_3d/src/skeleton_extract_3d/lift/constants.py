@@ -55,16 +55,6 @@ class TrunkConstants:
         return np.exp(np.arange(np.log(self.nearest), np.log(self.furthest), self.step))
 
     @cached_property
-    def log_depths(self) -> np.ndarray:
-        """(depths,) logarithms of `depths`."""
-        return np.log(self.depths)
-
-    @cached_property
-    def count(self) -> int:
-        """Number of `depths`."""
-        return len(self.depths)
-
-    @cached_property
     def low(self) -> np.ndarray:
         """(depths,) number of the first of `depths` that is on a body at each depth."""
         return np.searchsorted(self.depths, self.depths - self.reach)
@@ -97,14 +87,9 @@ class CostConstants:
                                  'deviations.')
 
     @cached_property
-    def half(self) -> int:
-        """Number of the candidate at the depth of the trunk."""
-        return self.steps // 2
-
-    @cached_property
     def deltas(self) -> np.ndarray:
         """(steps,) depths of the candidates from that of the trunk [m]."""
-        return (np.arange(self.steps) - self.half) * self.step
+        return (np.arange(self.steps) - self.steps // 2) * self.step
 
 
 @dataclass(frozen=True)

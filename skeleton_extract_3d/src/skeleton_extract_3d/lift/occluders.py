@@ -6,7 +6,7 @@ import numpy as np
 from skeleton_extract_3d.body.body import ENDS, JOINTS, MIDDLES, SIDES
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.constants import OccluderConstants
-from skeleton_extract_3d.lift.records import ObservedPeople, Ownership
+from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.lift.surfaces import depths_at, lower_median
 from skeleton_extract_3d.points.point_grid import PointGrid
 
@@ -42,9 +42,10 @@ def foreign_samples(samples: np.ndarray, others: np.ndarray, expected: np.ndarra
 
 
 def ownership(points: PointGrid, observed: ObservedPeople, root: np.ndarray, left: np.ndarray,
-              foreign: Optional[np.ndarray], method: MethodConstants = METHOD) -> Ownership:
-    """Return which body the samples belong to, by depths of trunks (P,) [m] and directions to the left (P, 3), zero
-    where unknown.
+              method: MethodConstants = METHOD) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the likelihood that the surface at a keypoint is the person's, (P, 18), and which joints another part of
+    the same body may cover, (P, 18) bool; by depths of trunks (P,) [m] and directions to the left (P, 3), zero where
+    unknown.
     """
     constants = method.occluders
     covered = method.compiled.covered_by_self(observed.uv, root, observed.focal)
@@ -52,7 +53,7 @@ def ownership(points: PointGrid, observed: ObservedPeople, root: np.ndarray, lef
     far = np.zeros(covered.shape, bool)  # joints of limbs on the far side of the body
     far[:, _OUTER] = _OUTER_SIDES * away[:, None] > constants.turned_away
     doubted = covered & far | flat_arms(points, observed, covered, constants)
-    return Ownership(np.where(doubted, constants.covered, 1.0), covered, foreign)
+    return np.where(doubted, constants.covered, 1.0), covered
 
 
 def flat_arms(points: PointGrid, observed: ObservedPeople, covered: np.ndarray,

@@ -1,7 +1,7 @@
 """The values that pass through lifting: observed people, what is expected of them, and lifted people."""
 import dataclasses
 from dataclasses import dataclass
-from typing import NamedTuple, Optional, Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -125,20 +125,6 @@ class Expectation(NamedTuple):
         least, most = body.stature_limits
         scale = np.where(known, np.minimum(np.maximum(stature, least), most) / self.stature, 1.0)
         return self._replace(stature=self.stature * scale, lengths=self.lengths * scale[:, None])
-
-
-class Ownership(NamedTuple):
-    """Which body, or none, the samples of P people belong to.
-
-    Attributes:
-        own: (P, 18) likelihood that the surface at the keypoint is the person's.
-        covered: (P, 18) bool, joints that another part of the same body may cover.
-        foreign: (P, 18, 25) bool, samples on other people; None: none are.
-    """
-
-    own: np.ndarray
-    covered: np.ndarray
-    foreign: Optional[np.ndarray]
 
 
 class Lifted(NamedTuple):

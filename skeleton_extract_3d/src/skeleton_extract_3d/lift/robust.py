@@ -38,14 +38,14 @@ def lift_robustly(observed: ObservedPeople, points: PointGrid, expected: Expecta
     head = heads_of(observed, root, scale, method)
     left = (np.where(np.isfinite(expected.left), expected.left, 0.0)
             + left_of_heads(observed, head, root, scale, method))
-    ownership = occluders.ownership(points, observed, root, left, foreign, method)
+    own, covered = occluders.ownership(points, observed, root, left, method)
 
     # depths of joints under their surface; the candidates of the joints of the head are those of its middle
     thicknesses = method.body.thicknesses
     offsets = method.body.surface_offsets * scale[:, None]
     gaps = thicknesses - offsets
     offsets[:, HEAD], gaps[:, HEAD] = -head.surface, thicknesses[HEAD]
-    costs = surfaces.depth_costs(observed, root, (offsets, gaps), ownership, method)
+    costs = method.compiled.depth_costs(observed.samples, observed.scores, root, offsets, gaps, own, covered, foreign)
     head_costs = costs[:, HEAD].sum(axis=1)
     costs = surfaces.with_memory(costs, root, expected, method.costs)[:, CHAINS]
 
@@ -61,7 +61,7 @@ def lift_robustly(observed: ObservedPeople, points: PointGrid, expected: Expecta
     offsets[:, HEAD] = head.depths - head.surface
     # visible joints are put where their surface is; compiled (measuring.cpp)
     xyz, measured, plausible = method.compiled.measure(
-        (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.foreign,
+        (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, foreign,
         lengths[:, :8])
     distance_error = method.body.stature_spread * root
     sigma = np.where(measured.any(axis=1)[:, None], sigma, np.maximum(sigma, distance_error[:, None]))

@@ -9,7 +9,7 @@ import numpy as np
 
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.constants import CostConstants, WindowConstants
-from skeleton_extract_3d.lift.records import Expectation, ObservedPeople, Ownership
+from skeleton_extract_3d.lift.records import Expectation
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 # Bones that look shorter than this on the plane z = 1 have no size.
@@ -81,7 +81,7 @@ def size_evidence(size: np.ndarray, spread: np.ndarray, method: MethodConstants 
         spread: (...) standard deviation of the person's size, as a share.
     """
     trunk, known = method.trunk, np.isfinite(size)
-    off = trunk.log_depths - np.log(np.where(known, size, 1.0))[..., None]
+    off = np.log(trunk.depths) - np.log(np.where(known, size, 1.0))[..., None]
     # nearer than it looks, a person may be turned or bent; further, the size itself is another one
     weight = np.sqrt(0.5) * known
     further, nearer = weight / spread, weight / (trunk.foreshortening + spread)
@@ -89,22 +89,10 @@ def size_evidence(size: np.ndarray, spread: np.ndarray, method: MethodConstants 
     return np.maximum(-off * off, -method.costs.limit)
 
 
-def depth_costs(observed: ObservedPeople, root: np.ndarray, skin: Tuple[np.ndarray, np.ndarray],
-                ownership: Ownership, method: MethodConstants = METHOD) -> np.ndarray:
-    """Return the costs of each joint at depths `root + CostConstants.deltas`, (P, 18, 45) float32; compiled.
-
-    They are -2 log likelihoods, the least of each joint being 0; all are 0 without a keypoint or samples.
-
-    Args:
-        root: (P,) depth of the trunk [m].
-        skin: depths of joints under their surface, and how much further in front a surface hides them, (P, 18) [m].
-    """
-    return method.compiled.depth_costs(observed.samples, observed.scores, root, *skin, *ownership)
-
-
 def with_memory(costs: np.ndarray, root: np.ndarray, expected: Expectation, constants: CostConstants = METHOD.costs
                 ) -> np.ndarray:
-    """Return costs of `depth_costs` plus those of the distance from the expected depths; `root`: (P,) of the trunk [m].
+    """Return costs of depths `root + CostConstants.deltas` plus those of the distance from the expected depths; `root`:
+    (P,) of the trunk [m].
     """
     known = np.isfinite(expected.depth)
     if not known.any():
