@@ -213,10 +213,10 @@ def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray, method: MethodCon
         BadInputError: no such camera explains the points: they are in another frame, or not registered.
     """
     constants, (height, width) = method.camera_fit, z.shape
-    pixels = _fit_pixels(width, height, constants.grid)
-    points = np.array([axis[pixels[1], pixels[0]] for axis in (x, y, z)], np.float64)
+    columns, rows = sample_pixels(width, height, constants.grid)
+    points = np.array([axis[rows, columns].ravel() for axis in (x, y, z)], np.float64)
     seen = np.isfinite(points).all(axis=0) & (points[2] > 0)
-    uv = pixels[:, seen].astype(np.float64)
+    uv = np.array(np.broadcast_arrays(columns, rows), np.float64).reshape(2, -1)[:, seen]
     if seen.sum() < constants.least_points or (uv == uv[:, :1]).all(axis=1).any():
         behind = int((points[2] < 0).sum())
         if behind >= constants.least_points:
@@ -249,8 +249,9 @@ def _no_camera(reason: str) -> BadInputError:
 
 
 @functools.lru_cache(maxsize=8)
-def _fit_pixels(width: int, height: int, grid: Tuple[int, int]) -> np.ndarray:
-    """Return the columns and rows of the points that a camera is fitted to, (2, N) int64."""
-    columns, rows = (np.unique(np.linspace(0, size - 1, count).astype(np.int64))
+def sample_pixels(width: int, height: int, grid: Tuple[int, int] = METHOD.camera_fit.grid
+                  ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return columns (1, N) and rows (M, 1) of the pixels that are judged."""
+    columns, rows = (np.linspace(0, size - 1, min(count, size)).astype(np.int64)
                      for size, count in zip((width, height), grid))
-    return np.stack([axis.ravel() for axis in np.meshgrid(columns, rows)])
+    return columns[None], rows[:, None]

@@ -1,5 +1,4 @@
 """Plausibility of points as the depth of a view: no depth at all, another unit, the same depth in each frame."""
-import functools
 from contextlib import suppress
 from typing import NamedTuple, Optional, Tuple
 
@@ -8,7 +7,7 @@ import numpy as np
 from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.points.camera import calibrated_camera
+from skeleton_extract_3d.points.camera import calibrated_camera, sample_pixels
 from skeleton_extract_3d.points.constants import PlausibilityConstants
 from skeleton_extract_3d.points.point_grid import PointGrid
 
@@ -39,7 +38,7 @@ class PointSummary(NamedTuple):
 
 def summarize(points: PointGrid, constants: PlausibilityConstants = METHOD.plausibility) -> PointSummary:
     """Return the summary of points."""
-    columns, rows = _sample_pixels(points.width, points.height)
+    columns, rows = sample_pixels(points.width, points.height)
     sample = points.distances(columns, rows)
     distances = sample[np.isfinite(sample)]
     share = distances.size / sample.size
@@ -97,18 +96,10 @@ class Stillness(NamedTuple):
 def stillness(before: Optional[Stillness], summary: PointSummary, bgr: np.ndarray,
               constants: PlausibilityConstants = METHOD.plausibility) -> Stillness:
     """Return since when the depth is the same, after a frame; `before` is None in the first one."""
-    columns, rows = _sample_pixels(bgr.shape[1], bgr.shape[0])
+    columns, rows = sample_pixels(bgr.shape[1], bgr.shape[0])
     green = bgr[rows, columns, 1].astype(np.int16)
     if (before is None or before.shape != bgr.shape
             or before.sample.tobytes() != summary.sample.tobytes()):
         return Stillness(summary.sample, bgr.shape, green)
     has_changed = (np.abs(green - before.green) > constants.changed_by).mean() > constants.changed
     return before._replace(frames=before.frames + 1 if has_changed else 0)
-
-
-@functools.lru_cache(maxsize=8)
-def _sample_pixels(width: int, height: int) -> Tuple[np.ndarray, np.ndarray]:
-    """Return columns (1, N) and rows (M, 1) of the pixels that are judged."""
-    columns, rows = (np.linspace(0, size - 1, min(count, size)).astype(np.int64)
-                     for size, count in zip((width, height), METHOD.camera_fit.grid))
-    return columns[None], rows[:, None]
