@@ -86,8 +86,8 @@ struct Constants : Step
     double trunk_length = get("trunk_length"), neck_to_head = get("neck_to_head");
     std::vector<double> bone_lengths = numbers("bone_lengths", BONE_KINDS);
     std::vector<double> stature_limits = numbers("stature_limits", 2);
-    std::vector<double> surface_offsets = numbers("surface_offsets", JOINTS);
-    std::vector<double> thicknesses = numbers("thicknesses", JOINTS);
+    std::vector<double> under_skin = numbers("under_skin", JOINTS);
+    std::vector<double> thickness = numbers("thickness", JOINTS);
     std::vector<double> head_points = numbers("head_points", 3 * HEAD_JOINTS), head_axes = numbers("head_axes", 3);
     std::vector<double> upper_directions = numbers("upper_directions", 2 * LIMBS);
     std::vector<double> upper_direction_spreads = numbers("upper_direction_spreads", 2 * LIMBS);

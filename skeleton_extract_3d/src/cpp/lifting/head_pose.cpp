@@ -98,7 +98,7 @@ py::tuple estimateHeadPose(const Constants& method, const Doubles& rays, const D
           frontOf(method.body, point.x * pose.cosine + point.z * pose.sine, point.y, pose.cosine, pose.sine) * size[p];
       *depths.mutable_data(p, i) = depth;
       // off the outline of the ellipsoid the joint itself is the surface
-      *surface.mutable_data(p, i) = std::min(front, depth - method.body.surface_offsets[method.joints.head[i]]);
+      *surface.mutable_data(p, i) = std::min(front, depth - method.body.under_skin[method.joints.head[i]]);
     }
   }
   return py::make_tuple(to_head, depths, surface, known);

@@ -86,7 +86,7 @@ py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles
   bool *measured_out = measured.mutable_data(), *plausible_out = plausible.mutable_data();
   for (py::ssize_t row = 0; row < people * JOINTS; ++row)
   {
-    const double thickness = method.body.thicknesses[row % JOINTS];
+    const double thickness = method.body.thickness[row % JOINTS];
     const Support support =
         supportOf(method, sample + row * SAMPLES, others == nullptr ? nullptr : others + row * SAMPLES,
                   depth[row] - offset[row], depth[row] - std::max(thickness, offset[row]));

@@ -63,6 +63,13 @@ SATISFIED_BONES = np.concatenate([np.stack([[SHOULDERS[0], HIPS[0]], [SHOULDERS[
 ByJoint = Tuple[Tuple[str, float], ...]
 BetweenJoints = Tuple[Tuple[str, str, float], ...]
 
+
+def by_joint(values: ByJoint) -> np.ndarray:
+    """Return values that are given without the side for all joints, (18,)."""
+    by_name = dict(values)
+    return np.array([by_name[name.replace('left_', '').replace('right_', '')] for name in JOINTS])
+
+
 _RENDERED = 'rendered, dressed bodies with known joints (five people, 1.66 to 1.86 m), rounded'
 _LENGTHS = (_RENDERED + '; agrees with Winter, Biomechanics and Motor Control of Human Movement, 2009, fig. 4.1 (COCO '
             'marks joints, so shoulders and hips are closer together)')
@@ -89,13 +96,13 @@ class BodyConstants:
     forearm: float = constant(0.241, 'Elbow to wrist.', unit='m', source=_LENGTHS)
     thigh: float = constant(0.394, 'Hip to knee.', unit='m', source=_LENGTHS)
     shin: float = constant(0.400, 'Knee to ankle.', unit='m', source=_LENGTHS)
-    under_skin: ByJoint = constant(
-        (('nose', 0.003), ('eye', 0.010), ('ear', 0.015), ('neck', 0.085), ('shoulder', 0.067), ('elbow', 0.045),
-         ('wrist', 0.028), ('hip', 0.115), ('knee', 0.078), ('ankle', 0.060)),
+    under_skin: np.ndarray = constant(
+        by_joint((('nose', 0.003), ('eye', 0.010), ('ear', 0.015), ('neck', 0.085), ('shoulder', 0.067),
+                  ('elbow', 0.045), ('wrist', 0.028), ('hip', 0.115), ('knee', 0.078), ('ankle', 0.060))),
         'Depth of a joint under the surface at its pixel, along the ray.', unit='m', source=_RENDERED)
-    thickness: ByJoint = constant(
-        (('nose', 0.13), ('eye', 0.13), ('ear', 0.13), ('neck', 0.17), ('shoulder', 0.17), ('elbow', 0.13),
-         ('wrist', 0.11), ('hip', 0.22), ('knee', 0.13), ('ankle', 0.11)),
+    thickness: np.ndarray = constant(
+        by_joint((('nose', 0.13), ('eye', 0.13), ('ear', 0.13), ('neck', 0.17), ('shoulder', 0.17), ('elbow', 0.13),
+                  ('wrist', 0.11), ('hip', 0.22), ('knee', 0.13), ('ankle', 0.11))),
         'A surface further than this in front of a joint occludes it.', unit='m')
     walking_acceleration: float = constant(
         3.0, 'How quickly people as a whole, who walk on while hidden, change their velocity, per axis.', unit='m/s^2')
@@ -138,16 +145,6 @@ class BodyConstants:
         """(8,) lengths [m], in the order of `BONES`."""
         return np.array([self.shoulder_width, self.hip_width, self.trunk_length, self.neck_to_head, self.upper_arm,
                          self.forearm, self.thigh, self.shin])
-
-    @cached_property
-    def surface_offsets(self) -> np.ndarray:
-        """(18,) `under_skin` of all joints [m]."""
-        return by_joint(self.under_skin)
-
-    @cached_property
-    def thicknesses(self) -> np.ndarray:
-        """(18,) `thickness` of all joints [m]."""
-        return by_joint(self.thickness)
 
     @cached_property
     def accelerations(self) -> np.ndarray:
@@ -196,12 +193,6 @@ class BodyConstants:
                 if name in (start, end) or limbs.get(name) == (start, end):
                     covers[joint, part] = False
         return covers
-
-
-def by_joint(values: ByJoint) -> np.ndarray:
-    """Return values that are given without the side for all joints, (18,)."""
-    by_name = dict(values)
-    return np.array([by_name[name.replace('left_', '').replace('right_', '')] for name in JOINTS])
 
 
 def _joints_of(segments: BetweenJoints) -> np.ndarray:

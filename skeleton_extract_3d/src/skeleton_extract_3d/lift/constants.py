@@ -172,9 +172,9 @@ class MonocularConstants:
     iterations: int = constant(4, 'Rounds of the weights of the joints.')
     outlier: float = constant(0.06, 'Distance from its ray at which a joint counts a quarter (Geman-McClure).',
                               unit='m')
-    depth_errors: Tuple[Tuple[str, float], ...] = constant(
-        (('nose', 0.07), ('eye', 0.07), ('ear', 0.07), ('neck', 0.05), ('shoulder', 0.06), ('elbow', 0.09),
-         ('wrist', 0.14), ('hip', 0.03), ('knee', 0.07), ('ankle', 0.10)),
+    depth_errors: np.ndarray = constant(
+        by_joint((('nose', 0.07), ('eye', 0.07), ('ear', 0.07), ('neck', 0.05), ('shoulder', 0.06), ('elbow', 0.09),
+                  ('wrist', 0.14), ('hip', 0.03), ('knee', 0.07), ('ankle', 0.10))),
         "Depth of an adult's joint from the middle of the hips.", unit='m', source=_WORLDS)
     fit_error: float = constant(0.03, 'Error of the distance of a person of known stature.', unit='share',
                                 source=_WORLDS)
@@ -182,11 +182,6 @@ class MonocularConstants:
     border: float = constant(0.10, 'An ankle that is as near to the border of the image may be outside.', unit='m')
     ankle_error: float = constant(0.10, 'Error of its depth.', unit='m', source=_WORLDS)
     floor_error: float = constant(0.03, 'Error of its height above the floor, with that of its keypoint.', unit='m')
-
-    @cached_property
-    def sigmas(self) -> np.ndarray:
-        """(18,) `depth_errors` of all joints [m]."""
-        return by_joint(self.depth_errors)
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ def make_lifting(params: LiftingParams, occlusion: bool, method: MethodConstants
         elif occlusion:
             return lifted
         else:
-            depth = surfaces.foreground(observed.samples) + body.surface_offsets * (
+            depth = surfaces.foreground(observed.samples) + body.under_skin * (
                 lifted.stature / body.adult_stature)[:, None]
             xyz = observed.rays * np.where(observed.known, depth, np.nan)[..., None]
         measured = np.isfinite(xyz).all(axis=2)

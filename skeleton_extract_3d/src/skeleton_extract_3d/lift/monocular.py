@@ -59,7 +59,7 @@ def _placed(lifted: Lifted, observed: ObservedPeople, bodies: np.ndarray, expect
     depth = np.maximum(bodies[..., 2:], constants.least_depth)
     # the keypoints tell directions better than the body does; where it is off across the view, it is so along, too
     xyz = np.where(observed.known[..., None], observed.rays * depth, bodies)
-    sigma = np.hypot(constants.sigmas, np.linalg.norm(xyz - bodies, axis=2))
+    sigma = np.hypot(constants.depth_errors, np.linalg.norm(xyz - bodies, axis=2))
     left = xyz[:, SHOULDERS[0]] - xyz[:, SHOULDERS[1]] + xyz[:, HIPS[0]] - xyz[:, HIPS[1]]
     left /= np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-6)
     xyz *= _with_bones(xyz / depth, depth[..., 0], sigma, left, expected, method)[..., None]

@@ -95,7 +95,7 @@ def places_of(position: np.ndarray, has: np.ndarray) -> np.ndarray:
 def radii_of(stature: np.ndarray, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the radii of bodies with statures (T,) [m] at their places, (T, 13) [m]."""
     body = method.body
-    adult = np.append(np.maximum(body.surface_offsets[CHAINS], method.registration.least_radius),
+    adult = np.append(np.maximum(body.under_skin[CHAINS], method.registration.least_radius),
                       np.mean(body.head_axes))
     return adult * (stature / body.adult_stature)[:, None]
 

@@ -41,8 +41,8 @@ def lift_robustly(observed: ObservedPeople, points: PointGrid, expected: Expecta
     own, covered = occluders.ownership(points, observed, root, left, method)
 
     # depths of joints under their surface; the candidates of the joints of the head are those of its middle
-    thicknesses = method.body.thicknesses
-    offsets = method.body.surface_offsets * scale[:, None]
+    thicknesses = method.body.thickness
+    offsets = method.body.under_skin * scale[:, None]
     gaps = thicknesses - offsets
     offsets[:, HEAD], gaps[:, HEAD] = -head.surface, thicknesses[HEAD]
     costs = method.compiled.depth_costs(observed.samples, observed.scores, root, offsets, gaps, own, covered, foreign)
@@ -106,7 +106,7 @@ def _trunk(observed: ObservedPeople, expected: Expectation, method: MethodConsta
             observed.samples[beside], observed.scores[beside], foreign[beside])
     root = trunk.depths[evidence.argmax(axis=1)]
     # the mean of the surfaces of the trunk
-    offsets = method.body.surface_offsets[TRUNK]
+    offsets = method.body.under_skin[TRUNK]
     off = observed.samples[:, TRUNK] + (offsets - root[:, None])[..., None]
     mean, total = surfaces.mean_within(off, _own(observed, foreign, TRUNK), method.trunk.reach,
                                        method.windows.weights)
