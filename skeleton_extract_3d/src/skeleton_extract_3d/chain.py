@@ -24,7 +24,7 @@ from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.estimator import Estimate, PeopleEstimator, check_points
 from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.landmarks import Landmarks, Landmarks3D, with_hidden
+from skeleton_extract_3d.landmarks import Landmarks, with_hidden
 from skeleton_extract_3d.lift.landmarks import lift_landmarks
 from skeleton_extract_3d.lift.monocular import worlds_of
 from skeleton_extract_3d.people import People3D
@@ -54,7 +54,7 @@ class Result:
     frame: Frame
     people_2d: People2D
     estimate: Optional[Estimate] = None
-    landmarks: Landmarks = field(default_factory=Landmarks.empty)
+    landmarks: Landmarks = field(default_factory=Landmarks)
     mounting: str = ''
 
     @property
@@ -192,6 +192,6 @@ class PeopleChain:
         people, hidden = (result.people_2d, None) if estimate is None else (estimate.people_2d, estimate.hidden)
         found = self._landmarks.detect(frame.image, people, hidden, frame.camera, frame.stamp, seconds)
         if estimate is None or frame.is_monocular or not (len(found.hands) or len(found.faces)):
-            return replace(result, landmarks=Landmarks(found, Landmarks3D.empty()))
+            return replace(result, landmarks=Landmarks(found))
         lifted = lift_landmarks(found, frame.grid, frame.image_size, estimate.people)
         return replace(result, landmarks=Landmarks(with_hidden(found, lifted), lifted))

@@ -1,5 +1,5 @@
 """Hands and faces in space: the types that pass between lifting, markers and converters."""
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -98,25 +98,15 @@ class Faces3D:
 class Landmarks3D:
     """Hands and faces of the people before a camera."""
 
-    hands: Hands3D
-    faces: Faces3D
-
-    @classmethod
-    def empty(cls) -> 'Landmarks3D':
-        """Return neither hands nor faces."""
-        return cls(Hands3D.empty(), Faces3D.empty())
+    hands: Hands3D = field(default_factory=Hands3D.empty)
+    faces: Faces3D = field(default_factory=Faces3D.empty)
 
 
 class Landmarks(NamedTuple):
     """Hands and faces of a frame: as they were found in the image, and in space."""
 
-    in_image: Landmarks2D
-    in_space: Landmarks3D
-
-    @classmethod
-    def empty(cls) -> 'Landmarks':
-        """Return neither hands nor faces."""
-        return cls(Landmarks2D.empty(), Landmarks3D.empty())
+    in_image: Landmarks2D = Landmarks2D.empty()
+    in_space: Landmarks3D = Landmarks3D()
 
 
 def with_hidden(found: Landmarks2D, lifted: Landmarks3D) -> Landmarks2D:

@@ -234,5 +234,5 @@ def test_in_another_frame_points_and_heads_turn_together():
     np.testing.assert_allclose(after.faces.points.xyz, before.faces.points.xyz @ matrix.T + shift, atol=1e-5)
     forward = [Rotation.from_quat(one.faces.orientations[0]).apply([1, 0, 0]) for one in (before, after)]
     np.testing.assert_allclose(forward[1], turn.apply(forward[0]), atol=1e-5)
-    nothing = transform_landmarks(Landmarks3D.empty(), matrix, shift)
+    nothing = transform_landmarks(Landmarks3D(), matrix, shift)
     assert len(nothing.hands) == len(nothing.faces) == 0

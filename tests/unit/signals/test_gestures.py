@@ -117,7 +117,7 @@ def palm_at(joints, side, out_of_palm, fingers):
     shape = (1, 21)
     hands = Hands3D(Points3D(points, np.ones(shape), np.ones(shape), np.full(shape, 0.01)), np.ones(1), np.ones(1, int),
                     np.array([side == 'left']))
-    return Landmarks3D(hands, Landmarks3D.empty().faces)
+    return Landmarks3D(hands, Landmarks3D().faces)
 
 
 @pytest.mark.parametrize('out_of_palm, fingers, name, side', [

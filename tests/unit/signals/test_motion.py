@@ -71,7 +71,7 @@ def test_the_face_tells_where_a_head_faces_if_it_was_found():
     face = Faces3D(Points3D(points, status, status, np.full((1, 70), np.nan)), np.ones(1), np.ones(1, int),
                    np.array([[0, 0, np.sin(half), np.cos(half)]]), np.array([0.1]))
     people = people_of([STANDING], [1], np.random.RandomState(0))
-    head = SignalReader().update(people, 0.0, UP, landmarks=Landmarks3D(Landmarks3D.empty().hands, face))[0].head
+    head = SignalReader().update(people, 0.0, UP, landmarks=Landmarks3D(Landmarks3D().hands, face))[0].head
     np.testing.assert_allclose(head.direction, [0.5, 3 ** 0.5 / 2, 0], atol=1e-6)
     np.testing.assert_allclose(head.begin, [0.1, 0.05, 1.6], atol=1e-6)
 

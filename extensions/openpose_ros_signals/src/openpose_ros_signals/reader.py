@@ -62,7 +62,7 @@ class SignalReader:
         people = replace(people, ids=distinct_ids(people.ids))
         present = []
         joints = told_joints(people, self._constants.person)
-        for name, seen in zip(people.ids.tolist(), _observations(people, joints, landmarks or Landmarks3D.empty())):
+        for name, seen in zip(people.ids.tolist(), _observations(people, joints, landmarks or Landmarks3D())):
             if name not in self._people:
                 self._people[name] = Person(stamp, self._constants)
             person = self._people[name]

@@ -5,6 +5,7 @@ the depth of the nearest measured point of the finger, of a face by the depth of
 measured ones. Points of a hand behind another hand, and tips of fingers that are folded behind their own hand, lie
 behind the surface that is seen there, and are inferred too.
 """
+from dataclasses import replace
 from typing import Tuple
 
 import numpy as np
@@ -29,6 +30,7 @@ _BONES = np.array([(0, 1), *((base, base + 1) for base in range(1, 20) if base %
                    (5, 9), (9, 13), (13, 17)]).T
 
 
+@np.errstate(invalid='ignore')  # what is missing is NaN
 def lift_landmarks(found: Landmarks2D, points: PointGrid, image_size: Tuple[int, int], people: People3D,
                    constants: LandmarkConstants = METHOD.landmarks) -> Landmarks3D:
     """Return hands and faces [px of the image] in the frame of the points.
@@ -38,28 +40,26 @@ def lift_landmarks(found: Landmarks2D, points: PointGrid, image_size: Tuple[int,
     Raises:
         BadInputError: the points are in no optical frame.
     """
-    camera = points.camera_model()
+    camera, lifted = points.camera_model(), Landmarks3D()
     if camera is None:
-        return Landmarks3D.empty()
-    hands, faces = Hands3D.empty(), Faces3D.empty()
+        return lifted
     if len(found.hands):
         surfaces = _surfaces(found.hands.keypoints, points, image_size, camera, constants)
-        hands = _lift_hands(found.hands, surfaces, people, constants)
+        lifted = replace(lifted, hands=_lift_hands(found.hands, surfaces, people, constants))
     if len(found.faces):
         surfaces = _surfaces(found.faces.keypoints, points, image_size, camera, constants)
         meshes = _surfaces(found.faces.mesh, points, image_size, camera, constants)
         directions = orientations(found.faces.mesh, meshes, constants)
-        faces = Faces3D(_lift_faces(found.faces, surfaces, constants), found.faces.scores, found.faces.people,
-                        *directions)
-    return Landmarks3D(hands, faces)
+        lifted = replace(lifted, faces=Faces3D(_lift_faces(found.faces, surfaces, constants), found.faces.scores,
+                                               found.faces.people, *directions))
+    return lifted
 
 
 def _lift_hands(hands: Hands2D, seen: PointSurfaces, people: People3D, constants: LandmarkConstants) -> Hands3D:
     middle = _median(seen.depth)
     wrists = _wrist_depths(hands, people)
     own = ~(np.abs(middle - wrists) > constants.wrist_depth)
-    with np.errstate(invalid='ignore'):
-        near = np.abs(seen.depth - middle[:, np.newaxis]) <= constants.hand_depth
+    near = np.abs(seen.depth - middle[:, np.newaxis]) <= constants.hand_depth
     behind = _behind(hands, seen, _first(wrists, middle), constants)
     measured = near & own[:, np.newaxis] & np.isnan(behind)
     depth = np.where(measured, seen.depth, np.nan)
@@ -92,18 +92,17 @@ def _behind(hands: Hands2D, seen: PointSurfaces, wrists: np.ndarray, constants: 
     """
     xy = hands.keypoints[..., :2].astype(np.float64)  # [px of the image]
     behind = np.full(xy.shape[:2], np.nan)
-    with np.errstate(invalid='ignore'):
-        near = constants.half_finger * seen.focal / wrists  # [px]
-        for hand, front in np.argwhere(wrists[:, np.newaxis] - wrists > constants.in_front):
-            covered = _distances(xy[hand], *xy[front, _BONES]).min(axis=1) < near[hand]
-            surface = seen.depth[hand] + constants.in_front
-            behind[hand, covered] = ((surface + np.maximum(surface, wrists[hand])) / 2)[covered]
-        for hand in np.flatnonzero(_shows_back(xy, hands.left, constants.back)):
-            for base, middle, *ends in _FINGER[1:]:
-                bones = xy[hand, [0, base]], xy[hand, [base, middle]]
-                folded = _distances(xy[hand, ends], *bones).min(axis=1) < near[hand]
-                fold = np.array(ends)[folded & np.isnan(behind[hand, ends])]
-                behind[hand, fold] = seen.depth[hand, fold] + 2 * constants.half_finger
+    near = constants.half_finger * seen.focal / wrists  # [px]
+    for hand, front in np.argwhere(wrists[:, np.newaxis] - wrists > constants.in_front):
+        covered = _distances(xy[hand], *xy[front, _BONES]).min(axis=1) < near[hand]
+        surface = seen.depth[hand] + constants.in_front
+        behind[hand, covered] = ((surface + np.maximum(surface, wrists[hand])) / 2)[covered]
+    for hand in np.flatnonzero(_shows_back(xy, hands.left, constants.back)):
+        for base, middle, *ends in _FINGER[1:]:
+            bones = xy[hand, [0, base]], xy[hand, [base, middle]]
+            folded = _distances(xy[hand, ends], *bones).min(axis=1) < near[hand]
+            fold = np.array(ends)[folded & np.isnan(behind[hand, ends])]
+            behind[hand, fold] = seen.depth[hand, fold] + 2 * constants.half_finger
     return behind
 
 
@@ -123,14 +122,11 @@ def _distances(points: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.n
 
 def _filled(depth: np.ndarray, middle: np.ndarray) -> np.ndarray:
     """Return the depth of points of hands (H, 21), where it is missing that of the nearest one of the finger."""
-    filled = depth.copy()
-    for finger in _FINGER:
-        chain = np.r_[0, finger]
-        for joint in range(1, len(chain)):  # from the wrist outwards, then inwards for what begins a finger
-            filled[:, chain[joint]] = _first(filled[:, chain[joint]], filled[:, chain[joint - 1]] if joint > 1
-                                             else np.full(len(depth), np.nan))
-        for joint in range(len(chain) - 2, 0, -1):
-            filled[:, chain[joint]] = _first(filled[:, chain[joint]], filled[:, chain[joint + 1]])
+    filled, fingers = depth.copy(), depth[:, _FINGER]
+    # outwards, then inwards for what begins a finger
+    for joint, other in ((1, 0), (2, 1), (3, 2), (2, 3), (1, 2), (0, 1)):
+        fingers[..., joint] = _first(fingers[..., joint], fingers[..., other])
+    filled[:, _FINGER] = fingers
     return _first(filled, middle[:, np.newaxis])
 
 
@@ -138,9 +134,8 @@ def _lift_faces(faces: Faces2D, seen: PointSurfaces, constants: LandmarkConstant
     # depth of the points beside that of the whole face, by the network [px of the image] and then [m]
     relief = face_points(np.nan_to_num(faces.mesh.astype(np.float64)))[..., 2] / seen.focal * _median(
         seen.depth)[:, np.newaxis]
-    with np.errstate(invalid='ignore'):
-        base = _median(seen.depth - relief)[:, np.newaxis]
-        measured = np.abs(seen.depth - relief - base) <= constants.face_depth
+    base = _median(seen.depth - relief)[:, np.newaxis]
+    measured = np.abs(seen.depth - relief - base) <= constants.face_depth
     return _placed(seen, np.where(measured, seen.depth, base + relief), measured, faces.keypoints[..., 2], constants)
 
 
@@ -152,10 +147,8 @@ def _surfaces(keypoints: np.ndarray, points: PointGrid, image_size: Tuple[int, i
     rays = camera.rays(uv.reshape(-1, 2)).reshape(*shape, 3)
     pixels = np.where(np.isfinite(uv), np.round(np.nan_to_num(uv)), -1e6).astype(np.int64).reshape(-1, 2)
     window = points.window(pixels[:, 0], pixels[:, 1], constants.window)[..., 2]
-    enough = np.isfinite(window).sum(axis=1) >= constants.least_points
-    depth = np.full(len(window), np.nan)
-    if enough.any():
-        depth[enough] = np.nanmedian(window[enough], axis=1)
+    enough = np.isfinite(window).sum(axis=1, keepdims=True) >= constants.least_points
+    depth = _median(np.where(enough, window, np.nan))
     return PointSurfaces(rays, depth.reshape(shape), camera.focal_in(image_size))
 
 
@@ -165,9 +158,8 @@ def _placed(seen: PointSurfaces, depth: np.ndarray, measured: np.ndarray, confid
     xyz = seen.rays * depth[..., np.newaxis]
     known = np.isfinite(xyz).all(axis=2)
     status = np.where(known, np.where(measured, MEASURED, INFERRED), MISSING).astype(np.uint8)
-    with np.errstate(invalid='ignore'):
-        sigma = np.hypot(np.where(measured, constants.measured_sigma, constants.inferred_sigma),
-                         constants.pixel_sigma * depth / seen.focal)
+    sigma = np.hypot(np.where(measured, constants.measured_sigma, constants.inferred_sigma),
+                     constants.pixel_sigma * depth / seen.focal)
     return Points3D(np.where(known[..., np.newaxis], xyz, np.nan), confidence, status, np.where(known, sigma, np.nan))
 
 
@@ -180,6 +172,5 @@ def _median(values: np.ndarray) -> np.ndarray:
     """Return the medians of the rows (N, K); NaN where a row has no number."""
     result = np.full(len(values), np.nan)
     known = np.isfinite(values).any(axis=1)
-    if known.any():
-        result[known] = np.nanmedian(values[known], axis=1)
+    result[known] = np.nanmedian(values[known], axis=1)
     return result

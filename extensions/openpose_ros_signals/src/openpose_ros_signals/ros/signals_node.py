@@ -162,7 +162,7 @@ class SignalsNode:
         return frame
 
     def _landmarks(self, header: Header, pose: Transform) -> Optional[Landmarks3D]:
-        hands, faces, none = self._hands.near(header), self._faces.near(header), Landmarks3D.empty()
+        hands, faces, none = self._hands.near(header), self._faces.near(header), Landmarks3D()
         if hands is None and faces is None:
             return None
         found = Landmarks3D(none.hands if hands is None else convert.hands_from_array(hands),
