@@ -26,24 +26,14 @@ using Flags = Array<bool>;
 
 using Shape = std::vector<py::ssize_t>;
 
-inline std::string text(const py::ssize_t* sizes, std::size_t count)
-{
-  std::string result = "(";
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    result += (i == 0 ? "" : ", ") + std::to_string(sizes[i]);
-  }
-  return result + ")";
-}
-
 /** Return the data of an array that must have a shape. */
 template <typename T>
 const T* checked(const Array<T>& array, const char* name, std::initializer_list<py::ssize_t> shape)
 {
   if (!std::equal(shape.begin(), shape.end(), array.shape(), array.shape() + array.ndim()))
   {
-    throw std::invalid_argument(std::string(name) + " must have shape " + text(shape.begin(), shape.size()) +
-                                ", got " + text(array.shape(), array.ndim()));
+    const py::str sizes = py::str("{}, got {}").format(py::tuple(py::cast(Shape(shape))), array.attr("shape"));
+    throw std::invalid_argument(std::string(name) + " must have shape " + std::string(sizes));
   }
   return array.data();
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -127,7 +128,7 @@ private:
 
   static void add(const Message& a, const Message& b, Message& result)
   {
-    std::transform(a.begin(), a.end(), b.begin(), result.begin(), [](float x, float y) { return x + y; });
+    std::transform(a.begin(), a.end(), b.begin(), result.begin(), std::plus<>());
   }
 
   /** Add what comes from both joints of a pair, and find the least cost of each middle. */
@@ -237,15 +238,9 @@ private:
       std::copy_n(costs + (END + limb) * steps_, steps_, incoming_.begin());
       passToRows(lower_[limb], incoming_, from_ends_[limb].data());
       const float *of_middle = costs + (MIDDLE + limb) * steps_, *of_root = costs + (ROOT + limb) * steps_;
-      for (int i = 0; i < steps_; ++i)
-      {
-        middles_in_[limb][i] = of_middle[i] + from_ends_[limb][i];
-      }
+      std::transform(of_middle, of_middle + steps_, from_ends_[limb].begin(), middles_in_[limb].begin(), std::plus<>());
       passToRows(upper_[limb], middles_in_[limb], from_middles_[limb].data());
-      for (int i = 0; i < steps_; ++i)
-      {
-        roots_in[limb * steps_ + i] = of_root[i] + from_middles_[limb][i];
-      }
+      std::transform(of_root, of_root + steps_, from_middles_[limb].begin(), roots_in + limb * steps_, std::plus<>());
     }
   }
 
@@ -257,23 +252,17 @@ private:
     {
       const float *of_root = beliefs + (ROOT + limb) * steps_, *end_costs = costs + (END + limb) * steps_;
       float *of_middle = beliefs + (MIDDLE + limb) * steps_, *of_end = beliefs + (END + limb) * steps_;
-      for (int i = 0; i < steps_; ++i)
-      {
-        outgoing[i] = of_root[i] - from_middles_[limb][i];
-      }
+      std::transform(of_root, of_root + steps_, from_middles_[limb].begin(), outgoing.begin(), std::minus<>());
       passToColumns(upper_[limb], outgoing, of_middle);
-      for (int i = 0; i < steps_; ++i)
-      {
-        of_middle[i] += middles_in_[limb][i];
-        outgoing[i] = of_middle[i] - from_ends_[limb][i];
-      }
+      std::transform(of_middle, of_middle + steps_, middles_in_[limb].begin(), of_middle, std::plus<>());
+      std::transform(of_middle, of_middle + steps_, from_ends_[limb].begin(), outgoing.begin(), std::minus<>());
       passToColumns(lower_[limb], outgoing, of_end);
-      std::transform(of_end, of_end + steps_, end_costs, of_end, [](float x, float y) { return x + y; });
+      std::transform(of_end, of_end + steps_, end_costs, of_end, std::plus<>());
     }
     add(shoulders_, from_hips_, to_pair_);
     float* of_head = beliefs + HEAD * steps_;
     passToColumns(head_, to_pair_, of_head);
-    std::transform(of_head, of_head + steps_, costs + HEAD * steps_, of_head, [](float x, float y) { return x + y; });
+    std::transform(of_head, of_head + steps_, costs + HEAD * steps_, of_head, std::plus<>());
   }
 
   const Constants& method_;

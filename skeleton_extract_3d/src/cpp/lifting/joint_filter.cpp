@@ -55,11 +55,9 @@ py::tuple correct(const Constants& method, const FilterArrays& state, const Doub
   std::array<double*, 5> to;
   for (std::size_t i = 0; i < state.size(); ++i)
   {
-    const bool vector = i < 2;
-    const double* from = vector ? checked(state[i], "position and velocity", { tracks, points, 3 }) :
-                                  checked(state[i], "covariances", { tracks, points, 3, 3 });
-    result[i] = py::array_t<double>(vector ? Shape{ tracks, points, 3 } : Shape{ tracks, points, 3, 3 });
-    to[i] = std::copy_n(from, state[i].size(), result[i].mutable_data()) - state[i].size();
+    result[i] = i < 2 ? copyOf(state[i], "position and velocity", { tracks, points, 3 }) :
+                        copyOf(state[i], "covariances", { tracks, points, 3, 3 });
+    to[i] = result[i].mutable_data();
   }
   const double* place = checked(measured, "measured", { tracks, points, 3 });
   const double* noise = checked(covariance, "covariance", { tracks, points, 3, 3 });
