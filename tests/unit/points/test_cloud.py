@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.errors import BadInputError
-from skeleton_extract_3d.points.cloud import CloudLayout, OrganizedCloud
+from skeleton_extract_3d.points.cloud import CloudLayout, OrganizedCloud, coordinate_views
 
 W, H = 7, 5
 FIELDS = {'x': (0, 'float32'), 'y': (4, 'float32'), 'z': (8, 'float32'), 'rgb': (16, 'float32')}
@@ -28,7 +28,7 @@ def packed(points, offsets=(0, 4, 8), datatype='f4', order='<', point_step=32, p
 
 
 def from_buffer(data, **layout):
-    return OrganizedCloud.from_buffer(data, CloudLayout(**layout))
+    return OrganizedCloud(*coordinate_views(data, CloudLayout(**layout)))
 
 
 def all_points(cloud):

@@ -52,15 +52,6 @@ class OrganizedCloud(PointGrid):
         """Return a cloud in which every point is missing."""
         return cls(*[np.broadcast_to(np.float32(np.nan), (height, width))] * 3)
 
-    @classmethod
-    def from_buffer(cls, data: Any, layout: CloudLayout) -> 'OrganizedCloud':
-        """View the bytes of a sensor_msgs/PointCloud2, row after row.
-
-        Raises:
-            BadInputError: the cloud is empty or unorganized, has no coordinates, or its layout contradicts itself.
-        """
-        return cls(*coordinate_views(data, layout))
-
     def turned(self, degrees: int) -> 'OrganizedCloud':
         """Return the cloud of a camera at the same place whose images are turned clockwise."""
         x, y, z = (np.rot90(axis, -degrees // 90) for axis in self._axes)
@@ -85,7 +76,7 @@ class OrganizedCloud(PointGrid):
 
 
 def coordinate_views(data: Any, layout: CloudLayout) -> List[np.ndarray]:
-    """Return x, y and z in the bytes of a cloud, (H, W) each [m].
+    """Return x, y and z in the bytes of a sensor_msgs/PointCloud2, (H, W) each [m].
 
     Raises:
         BadInputError: the cloud is empty, has no coordinates, or its layout contradicts itself.

@@ -55,7 +55,7 @@ def cloud_from_message(message: PointCloud2) -> OrganizedCloud:
     Raises:
         BadInputError: empty, unorganized, without x, y and z, truncated, or with contradicting steps.
     """
-    return OrganizedCloud.from_buffer(message.data, _layout_of(message))
+    return OrganizedCloud(*coordinate_views(message.data, _layout_of(message)))
 
 
 def sampled_points(message: PointCloud2, most: int) -> np.ndarray:
