@@ -60,6 +60,15 @@ _UPPER_BONES = np.stack([ROOTS, MIDDLES, UPPER_KINDS], axis=1)
 SATISFIED_BONES = np.concatenate([np.stack([[SHOULDERS[0], HIPS[0]], [SHOULDERS[1], HIPS[1]], PAIR_KINDS], axis=1),
                                   _UPPER_BONES, np.stack([MIDDLES, ENDS, LOWER_KINDS], axis=1), _UPPER_BONES])
 
+
+def of_all_joints(places: np.ndarray) -> np.ndarray:
+    """Return values of the joints, (N, 18, ...), by those of the thirteen places, (N, 13, ...)."""
+    values = np.empty((len(places), len(JOINTS), *places.shape[2:]))
+    values[:, CHAINS], values[:, HEAD] = places[:, :-1], places[:, -1:]
+    values[:, NECK] = values[:, SHOULDERS].mean(axis=1)
+    return values
+
+
 ByJoint = Tuple[Tuple[str, float], ...]
 BetweenJoints = Tuple[Tuple[str, str, float], ...]
 

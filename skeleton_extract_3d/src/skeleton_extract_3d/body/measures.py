@@ -3,7 +3,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import BONES
+from skeleton_extract_3d.body.body import BONES, MEASURED_BONES
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 
 
@@ -28,6 +28,12 @@ class Sizes(NamedTuple):
         return cls(stature, np.zeros(len(stature)), none, none)
 
 
+def measured_lengths(xyz: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """Return the lengths of `MEASURED_BONES` between measured joints (N, 18) at (N, 18, 3), (N, 10) [m]; else NaN."""
+    start, end = xyz[:, MEASURED_BONES[:, 0]], xyz[:, MEASURED_BONES[:, 1]]
+    return np.where(measured[:, MEASURED_BONES].all(axis=2), np.linalg.norm(end - start, axis=2), np.nan)
+
+
 def expected_lengths(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the lengths of the bones of people, (N, 8) [m]: measured ones, and an adult's proportions."""
     body, weight = method.body, sizes.bone_weights
@@ -37,16 +43,16 @@ def expected_lengths(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarr
 
 def length_spreads(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the standard deviations of these lengths, (N, 8), as shares."""
-    proportion_spread = method.body.proportion_spread
-    share = sizes.bone_weights / (method.sizes.most_frames + sizes.bone_weights)
-    return proportion_spread + (method.sizes.known - proportion_spread) * share
+    return _spreads(method.body.proportion_spread, sizes.bone_weights, method)
 
 
 def stature_spread(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the standard deviation of each stature, as a share, (N,)."""
-    unknown = method.body.stature_spread
-    share = sizes.stature_weight / (method.sizes.most_frames + sizes.stature_weight)
-    return unknown + (method.sizes.known - unknown) * share
+    return _spreads(method.body.stature_spread, sizes.stature_weight, method)
+
+
+def _spreads(unknown: float, weight: np.ndarray, method: MethodConstants) -> np.ndarray:
+    return unknown + (method.sizes.known - unknown) * (weight / (method.sizes.most_frames + weight))
 
 
 def with_stature(sizes: Sizes, stature: np.ndarray, known: np.ndarray, method: MethodConstants = METHOD) -> Sizes:

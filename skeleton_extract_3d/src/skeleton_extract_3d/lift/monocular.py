@@ -11,7 +11,7 @@ import numpy as np
 from openpose_ros_pkg.landmarks.body_landmarks import BodyLandmarks
 from openpose_ros_pkg.people import values_in
 from openpose_ros_pkg.skeletons import BLAZEPOSE_33, COCO_18
-from skeleton_extract_3d.body.body import CHAINS, ENDS, HEAD, HIPS, NECK, SHOULDERS, TRUNK
+from skeleton_extract_3d.body.body import CHAINS, ENDS, HEAD, HIPS, NECK, SHOULDERS, TRUNK, of_all_joints
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.lift import surfaces
@@ -105,10 +105,7 @@ def _with_bones(rays: np.ndarray, depth: np.ndarray, sigma: np.ndarray, left: np
     lengths, spreads = bones_of(expected.lengths, expected.length_spread, method.inference)
     candidates, _ = method.compiled.infer_depths(*of_places[:2], root, lengths, spreads, expected.stature, left)
     change = method.compiled.read_depths(candidates)[0] + root[:, None] - of_places[2]
-    changes = np.empty_like(depth)
-    changes[:, CHAINS], changes[:, HEAD] = change[:, :-1], change[:, -1:]
-    changes[:, NECK] = changes[:, SHOULDERS].mean(axis=1)
-    return 1 + changes / depth
+    return 1 + of_all_joints(change) / depth
 
 
 def _by_floor(xyz: np.ndarray, observed: ObservedPeople, expected: Expectation, view: FrameView, method: MethodConstants

@@ -8,7 +8,7 @@ from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import CHAINS, HEAD, JOINTS, NECK, SHOULDERS
+from skeleton_extract_3d.body.body import CHAINS, HEAD, of_all_joints
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -78,11 +78,7 @@ class Surface(NamedTuple):
 def moved_joints(position: np.ndarray, before: np.ndarray, places: np.ndarray, sigma: np.ndarray
                  ) -> Tuple[np.ndarray, np.ndarray]:
     """Return joints (18, 3) [m] moved along with places from where these were (13, 3), and their sigma (18,) [m]."""
-    shift, sigmas = np.empty((len(JOINTS), 3)), np.empty(len(JOINTS))
-    for values, of_places in ((shift, places - before), (sigmas, sigma)):
-        values[CHAINS], values[HEAD] = of_places[:-1], of_places[-1]
-        values[NECK] = values[SHOULDERS].mean(axis=0)
-    return position + shift, sigmas
+    return position + of_all_joints((places - before)[None])[0], of_all_joints(sigma[None])[0]
 
 
 def places_of(position: np.ndarray, has: np.ndarray) -> np.ndarray:

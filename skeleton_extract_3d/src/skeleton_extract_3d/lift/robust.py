@@ -7,12 +7,11 @@ from skeleton_extract_3d.body.body import (
     CHAINS,
     HEAD,
     LOWER_KINDS,
-    NECK,
     PAIR_KINDS,
-    SHOULDERS,
     TRUNK,
     UPPER_KINDS,
     bone_kinds,
+    of_all_joints,
 )
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import occluders, surfaces
@@ -57,7 +56,8 @@ def lift_robustly(observed: ObservedPeople, points: PointGrid, expected: Expecta
     depth, deviation = method.compiled.read_depths(candidates)
     depth = depth + root[:, None]
     middle = _refined_head(observed, head, depth[:, -1], foreign, method)
-    z, sigma = _of_all_joints(depth, deviation, middle, head)
+    z, sigma = of_all_joints(depth), of_all_joints(deviation)
+    z[:, HEAD] = middle[:, None] + head.depths
     offsets[:, HEAD] = head.depths - head.surface
     # visible joints are put where their surface is; compiled (measuring.cpp)
     xyz, measured, plausible = method.compiled.measure(
@@ -77,16 +77,6 @@ def bones_of(lengths: np.ndarray, spread: np.ndarray, constants: InferenceConsta
     sigmas = np.sqrt((spread * lengths) ** 2 + constants.keypoint_error ** 2)[:, _KINDS]
     sigmas[:, 11] += constants.keypoint_error
     return lengths[:, _KINDS].astype(np.float32), sigmas.astype(np.float32)
-
-
-def _of_all_joints(depth: np.ndarray, deviation: np.ndarray, middle: np.ndarray, head: HeadPose
-                   ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return depths and deviations of the joints of COCO_18, (P, 18) [m], from those of the thirteen places."""
-    z, sigma = np.empty((len(depth), 18)), np.empty((len(depth), 18))
-    z[:, CHAINS], sigma[:, CHAINS] = depth[:, :-1], deviation[:, :-1]
-    z[:, NECK], sigma[:, NECK] = z[:, SHOULDERS].sum(axis=1) / 2, sigma[:, SHOULDERS].sum(axis=1) / 2
-    z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, deviation[:, -1:]
-    return z, sigma
 
 
 def _trunk(observed: ObservedPeople, expected: Expectation, method: MethodConstants

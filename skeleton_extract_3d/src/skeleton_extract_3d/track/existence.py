@@ -11,14 +11,14 @@ from scipy.special import erf
 
 from openpose_ros_pkg.detect.existence import EXISTENCE, decayed, of_detection, of_emptiness, of_miss, with_evidence
 from openpose_ros_pkg.detect.tracking import TRACKING
-from skeleton_extract_3d.body.body import MEASURED_BONES, MEASURED_KINDS
+from skeleton_extract_3d.body.body import MEASURED_KINDS
+from skeleton_extract_3d.body.measures import measured_lengths
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.records import Lifted, ObservedPeople
 from skeleton_extract_3d.track.tracks import PLACE_WEIGHTS, PLACES, Tracks
 
-_KINDS = MEASURED_KINDS[:len(MEASURED_BONES)]
 # Directions in which the surroundings of a joint are looked at, (8, 2).
 _AROUND = np.array([[np.cos(angle), np.sin(angle)] for angle in np.arange(8) * np.pi / 4])
 
@@ -185,7 +185,6 @@ def _plane(points: np.ndarray) -> Tuple[np.ndarray, float]:
 
 def _size(lifted: Lifted, method: MethodConstants) -> np.ndarray:
     """Return the sizes of people as a share of an adult's, by the median of measured bones, (P,); NaN: unknown."""
-    start, end = lifted.xyz[:, MEASURED_BONES[:, 0]], lifted.xyz[:, MEASURED_BONES[:, 1]]
-    sure = lifted.measured[:, MEASURED_BONES].all(axis=2)
-    lengths = np.where(sure, np.linalg.norm(end - start, axis=2), np.nan) / method.body.bone_lengths[_KINDS]
-    return np.where(sure.sum(axis=1) >= method.sizes.least_bones, surfaces.lower_median(lengths), np.nan)
+    lengths = measured_lengths(lifted.xyz, lifted.measured) / method.body.bone_lengths[MEASURED_KINDS[:-1]]
+    enough = np.isfinite(lengths).sum(axis=1) >= method.sizes.least_bones
+    return np.where(enough, surfaces.lower_median(lengths), np.nan)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skeleton_extract_3d.body import measures
-from skeleton_extract_3d.body.body import MEASURED_BONES, MEASURED_KINDS
+from skeleton_extract_3d.body.body import MEASURED_KINDS
 from skeleton_extract_3d.body.measures import Sizes
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.surfaces import lower_median
@@ -14,7 +14,7 @@ from skeleton_extract_3d.track.tracks import Observations, Tracks, middle_of_tru
 
 # Rows of new people that are no absent track, and of those of which that cannot be decided yet.
 STRANGER, UNCLEAR = -1, -2
-_KINDS = MEASURED_KINDS[:len(MEASURED_BONES)]
+_KINDS = MEASURED_KINDS[:-1]  # without that of neck to hips
 
 
 class NewPeople(NamedTuple):
@@ -29,9 +29,8 @@ class NewPeople(NamedTuple):
         """Return what a frame shows of people; keypoints below a score do not measure bones."""
         lifted, observed = people.lifted, people.observed
         sure = lifted.measured & (observed.scores > least_score)
-        start, end = lifted.xyz[:, MEASURED_BONES[:, 0]], lifted.xyz[:, MEASURED_BONES[:, 1]]
-        lengths = np.where(sure[:, MEASURED_BONES].all(axis=2), np.linalg.norm(end - start, axis=2), np.nan)
-        return cls(middle_of_trunk(lifted.xyz, observed.known), people.clothes, lengths)
+        return cls(middle_of_trunk(lifted.xyz, observed.known), people.clothes,
+                   measures.measured_lengths(lifted.xyz, sure))
 
 
 def new_people(people: Observations, method: MethodConstants = METHOD) -> np.ndarray:
