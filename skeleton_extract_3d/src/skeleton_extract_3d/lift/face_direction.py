@@ -15,24 +15,11 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.constants import LandmarkConstants
 from skeleton_extract_3d.points.transform import quaternions
 
-
-class _Landmarks(NamedTuple):
-    """Points of the person's left and right that mirror each other: corners of eyes and mouth, jaw; corners of the
-    eyes, corners of the mouth.
-    """
-
-    left: np.ndarray
-    right: np.ndarray
-    eyes: np.ndarray
-    mouth: np.ndarray
-
-
-# By the number of points of a mesh.
+# By the number of points of a mesh: points of the person's left and right that mirror each other (corners of eyes and
+# mouth, jaw), corners of the eyes, corners of the mouth.
 _LANDMARKS = {
-    MESH_POINTS: _Landmarks(np.array([263, 362, 291, 454, 389, 397]), np.array([33, 133, 61, 234, 162, 172]),
-                            np.array([33, 133, 263, 362]), np.array([61, 291])),
-    FACE_POINTS: _Landmarks(np.array([45, 42, 54, 15, 16, 12]), np.array([36, 39, 48, 1, 0, 4]),
-                            np.array([36, 39, 42, 45]), np.array([48, 54]))}
+    MESH_POINTS: ([263, 362, 291, 454, 389, 397], [33, 133, 61, 234, 162, 172], [33, 133, 263, 362], [61, 291]),
+    FACE_POINTS: ([45, 42, 54, 15, 16, 12], [36, 39, 48, 1, 0, 4], [36, 39, 42, 45], [48, 54])}
 # A slope is fitted to so many points at least, in so many rounds, each without those this many deviations off.
 _LEAST_POINTS = 16
 _ROUNDS, _OUTLIER = 5, 2.5
@@ -65,9 +52,9 @@ def orientations(mesh: np.ndarray, seen: PointSurfaces, constants: LandmarkConst
             turns[known], errors[known] = orientations(
                 mesh[known], PointSurfaces(seen.rays[known], seen.depth[known], seen.focal), constants)
         return turns, errors
-    mesh, at = mesh.astype(np.float64), _LANDMARKS[mesh.shape[1]]
-    left = _unit((mesh[:, at.left] - mesh[:, at.right]).mean(axis=1))
-    up = _square(mesh[:, at.eyes].mean(axis=1) - mesh[:, at.mouth].mean(axis=1), left)
+    mesh, (on_left, on_right, eyes, mouth) = mesh.astype(np.float64), _LANDMARKS[mesh.shape[1]]
+    left = _unit((mesh[:, on_left] - mesh[:, on_right]).mean(axis=1))
+    up = _square(mesh[:, eyes].mean(axis=1) - mesh[:, mouth].mean(axis=1), left)
     sight = _unit(seen.rays.mean(axis=1))
     slopes, errors = _slopes(mesh, up, sight, seen, constants)
     mesh_variance = constants.face_tilt_sigma ** 2

@@ -36,7 +36,8 @@ def heads_of(observed: ObservedPeople, root: np.ndarray, scale: np.ndarray, meth
     apart = (observed.rays[:, left, 0] - observed.rays[:, right, 0]) * root / (method.body.shoulder_width * scale)
     both = observed.known[:, left] & observed.known[:, right]
     cosine = np.where(both, np.maximum(np.minimum(apart, 1.0), -1.0), 1.0)
-    head = HeadPose(*method.compiled.estimate_head_pose(observed.known_rays, observed.scores, root, scale, cosine))
+    rays = np.where(observed.known[..., None], observed.rays, np.nan)
+    head = HeadPose(*method.compiled.estimate_head_pose(rays, observed.scores, root, scale, cosine))
     return head._replace(ray=np.where(head.known[:, None], head.ray, observed.rays[:, NECK]))
 
 

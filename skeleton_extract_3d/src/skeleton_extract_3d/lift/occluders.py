@@ -66,20 +66,12 @@ def flat_arms(points: PointGrid, observed: ObservedPeople, covered: np.ndarray,
     flat = np.zeros(covered.shape, bool)
     person, joint = np.nonzero(covered & _ARMS & np.isfinite(observed.samples).any(axis=2))
     if len(person):
-        surface = lower_median(observed.samples[person, joint])
-        beside = depths_at(points, _beside(observed, (person, joint), surface, constants)) - surface
+        surface, here = lower_median(observed.samples[person, joint]), observed.uv[person, joint]
+        along = observed.uv[person, _LIMB_TO[joint]] - here
+        length = np.sqrt((along * along).sum(axis=1))[:, None]
+        # a limb that points at the camera, or whose other end is unknown, is taken to hang down
+        along = np.where(length > 0, along / np.maximum(length, 1e-6), [0.0, 1.0])
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1) * (constants.beside * observed.focal / surface)[:, None]
+        beside = depths_at(points, here + np.stack([-across, across])) - surface
         flat[person, joint] = (beside < constants.stands_out).all(axis=0)
     return flat
-
-
-def _beside(observed: ObservedPeople, where: Tuple[np.ndarray, np.ndarray], surface: np.ndarray,
-            constants: OccluderConstants) -> np.ndarray:
-    """Return pixels on both sides of limbs at joints (N,) of persons (N,) with depths (N,) [m], (2, N, 2)."""
-    person, joint = where
-    here = observed.uv[person, joint]
-    along = observed.uv[person, _LIMB_TO[joint]] - here
-    length = np.sqrt((along * along).sum(axis=1))[:, None]
-    # a limb that points at the camera, or whose other end is unknown, is taken to hang down
-    along = np.where(length > 0, along / np.maximum(length, 1e-6), [0.0, 1.0])
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1) * (constants.beside * observed.focal / surface)[:, None]
-    return here + np.stack([-across, across])

@@ -50,11 +50,6 @@ class ObservedPeople:
     def __len__(self) -> int:
         return len(self.uv)
 
-    @property
-    def known_rays(self) -> np.ndarray:
-        """(P, 18, 3) rays, NaN where there is no keypoint."""
-        return np.where(self.known[..., None], self.rays, np.nan)
-
     def has_measured(self, measured: np.ndarray, least: int) -> np.ndarray:
         """Return who has so many measured joints, of (P, 18) bool, (P,): joints without a surface do not count."""
         measurable = (self.known & np.isfinite(self.samples).any(axis=2)).sum(axis=1)
