@@ -25,20 +25,14 @@ from skeleton_extract_3d.track.tracks import Observations, Tracks, middle_of_tru
 _CORNERS = np.concatenate([SHOULDERS, HIPS])
 
 
-def _trusted(people: Observations, params: OcclusionParams, constants: CorrectionConstants) -> np.ndarray:
-    """Return which joints the frame places, (N, 18) bool."""
-    scores, lifted = people.observed.scores, people.lifted
-    trusted = lifted.measured
-    if params.occlusion:
-        trusted = trusted | ((scores >= constants.hidden_score) & lifted.plausible)
-    return trusted & people.observed.known & (scores >= constants.measured_score)
-
-
 def correct(tracks: Tracks, people: Observations, stamp: float, params: OcclusionParams,
             method: MethodConstants = METHOD) -> Completion:
     """Return the tracks of people, predicted to this frame, corrected with it."""
     constants, lifted, observed = method.track.correction, people.lifted, people.observed
-    trusted = _trusted(people, params, constants)
+    trusted = lifted.measured
+    if params.occlusion:
+        trusted = trusted | ((observed.scores >= constants.hidden_score) & lifted.plausible)
+    trusted = trusted & observed.known & (observed.scores >= constants.measured_score)
     xyz, covariance = _measured(tracks, people, trusted, params.occlusion, method)
     used = trusted & tracks.has
     joints = tracks.joints.corrected(xyz, covariance, used, method)

@@ -44,9 +44,8 @@ class Memory:
 
     def with_existence(self, others: Tracks) -> 'Memory':
         """Return the memory with the existence that other values of its tracks have."""
-        tracks, rows = self.tracks, {number: row for row, number in enumerate(others.ids.tolist())}
-        there = np.array([number in rows for number in tracks.ids.tolist()], bool)
-        row = np.array([rows[number] for number in tracks.ids[there].tolist()], np.int64)
+        tracks = self.tracks
+        there, row = np.nonzero(tracks.ids[:, None] == others.ids)
         existence, looked = tracks.existence.copy(), tracks.looked.copy()
         existence[there], looked[there] = others.existence[row], others.looked[row]
         return replace(self, tracks=replace(tracks, existence=existence, looked=looked))

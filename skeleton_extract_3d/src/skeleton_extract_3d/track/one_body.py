@@ -1,14 +1,13 @@
 """Two bodies cannot be in one place: of people who fill the same space, one stays."""
 import numpy as np
 
-from skeleton_extract_3d.body.body import JOINTS, SWAP, TRUNK
+from skeleton_extract_3d.body.body import JOINTS, SWAP
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.surfaces import lower_median
 from skeleton_extract_3d.track.completion import Completion
 from skeleton_extract_3d.track.constants import OneBodyConstants, TrackConstants
-from skeleton_extract_3d.track.tracks import Tracks
+from skeleton_extract_3d.track.tracks import IN_TRUNK, Tracks
 
-_OF_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
 _SIDES = np.array([np.arange(len(JOINTS)), SWAP])  # the joints as they are, and with left and right exchanged
 
 
@@ -28,15 +27,6 @@ def in_one_place(xyz: np.ndarray, placed: np.ndarray, least_joints: int, reach: 
     return ((common.sum(axis=3) >= least_joints) & (lower_median(distance) < reach)).any(axis=2)
 
 
-def _halves(seen: Completion, constants: TrackConstants) -> np.ndarray:
-    """Return which people are halves of one person, (P, P) bool: few joints in common, and the trunk in one place."""
-    few = (seen.trusted[:, None] & seen.trusted[None]).sum(axis=2) < constants.one_body.least_joints
-    if not few.any():
-        return few
-    return few & in_one_place(seen.tracks.joints.position, seen.placed & _OF_TRUNK, constants.one_body.least_joints,
-                              constants.identity.same_place)
-
-
 def sharing(seen: Completion, looked: np.ndarray, constants: TrackConstants = METHOD.track) -> np.ndarray:
     """Return which people are in the place of another one who is likelier to be there, (P,) bool.
 
@@ -50,7 +40,11 @@ def sharing(seen: Completion, looked: np.ndarray, constants: TrackConstants = ME
     if len(tracks) < 2:
         return taken
     position, least = tracks.joints.position, one_body.least_joints
-    shared = in_one_place(position, seen.placed, least, one_body.thickness) | _halves(seen, constants)
+    shared = in_one_place(position, seen.placed, least, one_body.thickness)
+    # halves of one person have few joints in common, and the trunk in one place
+    few = (seen.trusted[:, None] & seen.trusted[None]).sum(axis=2) < least
+    if few.any():
+        shared |= few & in_one_place(position, seen.placed & IN_TRUNK, least, constants.identity.same_place)
     unsure = tracks.existence < one_body.sure
     near = in_one_place(position, seen.placed, least, constants.identity.same_place, exchanged=False)
     shared |= near & (unsure | unsure[:, None])

@@ -10,6 +10,7 @@ from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
 from skeleton_extract_3d.body.body import CHAINS, HEAD, JOINTS
 from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import FrameView
+from skeleton_extract_3d.lift.observation import grid_positions
 from skeleton_extract_3d.lift.registration import (
     SeenBodies,
     Surface,
@@ -110,8 +111,7 @@ def _keypoints(image: Tuple[SkeletonModel, Tuple[int, int]], joints: Tuple[np.nd
                view: FrameView, method: MethodConstants) -> Optional[Tuple[np.ndarray, np.ndarray]]:
     """Return the keypoints (K, 3) of joints, positions (18, 3) and errors (18,) [m], and the errors; None: too few."""
     (skeleton, size), (xyz, error) = image, joints
-    scale = np.asarray(size) / (view.points.width, view.points.height)
-    uv = (view.camera.project(xyz) + 0.5) * scale - 0.5
+    uv = grid_positions(view.camera.project(xyz), (view.points.width, view.points.height), size)
     with np.errstate(invalid='ignore'):
         inside = ((uv >= 0) & (uv <= np.subtract(size, 1))).all(axis=1)
     placed = inside & (scores > 0) & (error < method.registration.most_error)

@@ -2,7 +2,7 @@
 
 A body does not turn round from one frame to the next, and arms do not bend backwards.
 """
-from typing import NamedTuple, Tuple
+from typing import Tuple
 
 import numpy as np
 
@@ -17,16 +17,10 @@ _NOSE, _WRISTS, _CORNERS = JOINTS.index('nose'), ENDS[:2], np.stack([SHOULDERS, 
 _PAIRED = np.concatenate([ROOTS, MIDDLES, ENDS])
 
 
-class Sides(NamedTuple):
-    """Which of P people have left and right exchanged, (P,) bool, and `Tracks.trust` in them, (P,) [s]."""
-
-    exchanged: np.ndarray
-    trust: np.ndarray
-
-
 def sides_of(observed: ObservedPeople, lifted: Lifted, tracks: Tracks, row: np.ndarray, view: FrameView,
-             method: MethodConstants = METHOD) -> Sides:
-    """Return the sides of people with tracks, predicted to this frame, in rows (P,), -1 where there is none.
+             method: MethodConstants = METHOD) -> Tuple[np.ndarray, np.ndarray]:
+    """Return which people have left and right exchanged, (P,) bool, and `Tracks.trust` in their sides, (P,) [s]; by
+    tracks, predicted to this frame, in rows (P,), -1 where there is none.
 
     Hands that would reach backwards tell sides at once, without a track. Trust grows while what is seen clearly agrees
     with the track, up to a limit, and falls while it clearly does not, or while neither is clear, as from the side;
@@ -46,7 +40,7 @@ def sides_of(observed: ObservedPeople, lifted: Lifted, tracks: Tracks, row: np.n
     change = np.where(agreeing, view.elapsed, np.where(opposite, -view.elapsed, fade))
     change = np.where(observed.people_2d.looked, change, 0.0)  # registration repeats the sides of the track
     trust = np.where(sure, 0.0, np.clip(trust + change, 0.0, constants.hold))
-    return Sides(backwards ^ (opposite & (trust > 0)), trust)
+    return backwards ^ (opposite & (trust > 0)), trust
 
 
 def reaching_backwards(observed: ObservedPeople, lifted: Lifted, method: MethodConstants = METHOD) -> np.ndarray:

@@ -14,7 +14,7 @@ from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.frame import Frame, FrameView
 from skeleton_extract_3d.lift.lifting import make_lifting
 from skeleton_extract_3d.lift.monocular import lift_bodies
-from skeleton_extract_3d.lift.observation import observe
+from skeleton_extract_3d.lift.observation import grid_positions, observe
 from skeleton_extract_3d.lift.records import Lifted, ObservedPeople
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
@@ -224,8 +224,9 @@ class PeopleTracker:
             named = self._named(np.where(number >= 0, np.append(given, -1)[number], -1), new, absent, rows)
             row = people.row.copy()
             row[new] = np.arange(len(tracks), len(tracks) + len(new))
-            begun = Tracks.of_new(people.select(new), stamp, named[new], method.track).like(absent, rows)
-            people, tracks = people._replace(row=row), tracks.joined(begun)
+            xyz, lifted = np.where(people.observed.known[..., None], people.lifted.xyz, np.nan), people.lifted
+            begun = Tracks.begun(named[new], stamp, xyz[new], lifted.left[new], lifted.stature[new], method.track)
+            people, tracks = people._replace(row=row), tracks.joined(begun.like(absent, rows))
         has_track = people.row >= 0
         people = people if has_track.all() else people.select(np.flatnonzero(has_track))
         return replace(memory, waiting=waiting), tracks, people
@@ -284,9 +285,8 @@ class PeopleTracker:
         views = views_of(tracks, FrameView(points, camera, stamp, elapsed), self._method)
         uv = camera.project(position.reshape(-1, 3)).reshape(*position.shape[:2], 2)
         there = tracks.has & np.isfinite(uv).all(axis=2)
-        scale = np.divide(frame.image_size, (points.width, points.height))
-        keypoints = np.concatenate([np.where(there[..., None], (uv + 0.5) * scale - 0.5, np.nan), there[..., None]],
-                                   axis=2).astype(np.float32)
+        xy = grid_positions(np.where(there[..., None], uv, np.nan), (points.width, points.height), frame.image_size)
+        keypoints = np.concatenate([xy, there[..., None]], axis=2).astype(np.float32)
         known = np.flatnonzero(there.any(axis=1))
         return ExpectedPeople(
             skeleton, keypoints_in(keypoints[known], COCO_18, skeleton), tracks.ids[known],

@@ -20,7 +20,7 @@ from skeleton_extract_3d.track.joint_filter import JointFilter
 # Where a person may be across the view, from the predicted place [standard deviations], and how likely each place is.
 PLACES = np.arange(-2.0, 3.0)
 PLACE_WEIGHTS = np.exp(-PLACES ** 2 / 2) / np.exp(-PLACES ** 2 / 2).sum()
-_IN_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
+IN_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
 Record = TypeVar('Record', bound='Rows')
 
 
@@ -115,13 +115,6 @@ class Tracks(Rows):
             down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), trust=np.zeros(count), sizes=Sizes.assumed(stature),
             clothes=Clothes.unknown(count), places=np.broadcast_to(PLACE_WEIGHTS, (count, len(PLACES))))
 
-    @classmethod
-    def of_new(cls, people: 'Observations', stamp: float, ids: np.ndarray, constants: TrackConstants) -> 'Tracks':
-        """Return new tracks of people, with ids (P,), at a time [s]."""
-        lifted = people.lifted
-        xyz = np.where(people.observed.known[..., None], lifted.xyz, np.nan)
-        return cls.begun(ids, stamp, xyz, lifted.left, lifted.stature, constants)
-
     def like(self, others: 'Tracks', rows: np.ndarray) -> 'Tracks':
         """Return the tracks with sizes and clothes of others, whose rows (T,) are not negative."""
         same = np.flatnonzero(rows >= 0)
@@ -190,7 +183,7 @@ def _joined(first: Any, second: Any) -> Any:
 
 def middle_of_trunk(xyz: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Return the mean of the known joints of the trunk, or of all where there are none, (N, 3) [m]."""
-    of_trunk = known & _IN_TRUNK
+    of_trunk = known & IN_TRUNK
     chosen = np.where(of_trunk.any(axis=1)[:, None], of_trunk, known)
     count = np.maximum(chosen.sum(axis=1), 1)[:, None]
     return np.where(chosen[..., None], xyz, 0.0).sum(axis=1) / count
