@@ -28,6 +28,6 @@ def lift_by_window(people: People2D, image_size: Tuple[int, int], points: PointG
     around = points.window(u[seen], v[seen], window)
     found = np.isfinite(around[..., 2]).any(axis=1)
     seen[seen] = found
-    xyz[seen] = {'mean': np.nanmean, 'median': np.nanmedian}[statistic](around[found], axis=1)
+    xyz[seen] = np.nanmedian(around[found], axis=1) if statistic == 'median' else np.nanmean(around[found], axis=1)
     return People3D(people.skeleton, xyz, people.confidence, np.where(seen, MEASURED, MISSING),
                     np.full(seen.shape, np.nan), people.ids, existence=people.existence)
