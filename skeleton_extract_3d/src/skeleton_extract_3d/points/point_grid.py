@@ -1,14 +1,11 @@
 """What lifting asks of a cloud or a depth image: a point per pixel, read in place."""
-import copy
 from abc import ABC, abstractmethod
-from typing import Any, Optional, Tuple, TypeVar
+from typing import Any, Optional, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.points.camera import CameraModel
-
-Grid = TypeVar('Grid', bound='PointGrid')
 
 
 class PointGrid(ABC):
@@ -66,12 +63,6 @@ class PointGrid(ABC):
         points = self._points(*np.meshgrid(np.arange(0, self.width, step), np.arange(0, self.height, step)))
         valid = points[np.isfinite(points).all(axis=-1)]
         return np.array([valid.min(axis=0), valid.max(axis=0)]) if len(valid) else np.full((2, 3), np.nan)
-
-    def scaled(self: Grid, factor: float) -> Grid:
-        """Return the depth in another unit; for depth images."""
-        other = copy.copy(self)
-        other._unit *= factor
-        return other
 
     @abstractmethod
     def camera_model(self) -> Optional[CameraModel]:
