@@ -6,12 +6,11 @@ mean of its keypoint and of where the rigid foot has it, by their precisions; wi
 has it.
 """
 import itertools
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Dict, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.body.constants import FootConstants
 from skeleton_extract_3d.body.extra_joints import Joint
 from skeleton_extract_3d.body.joint_frames import joint_frames
@@ -42,10 +41,6 @@ class Feet(Rows):
     axes: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 3, 3)))
     precision: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
-    def rotated(self, rotation: np.ndarray) -> 'Feet':
-        """Return the feet in a frame of other axes: x' = R x."""
-        return replace(self, axes=rotation @ self.axes)
-
 
 class _Keypoints(NamedTuple):
     """Keypoints of P people: unit rays (P, 2, 3, 3), whether there is one (P, 2, 3), errors across (P, 2, 3) [m], and
@@ -58,11 +53,6 @@ class _Keypoints(NamedTuple):
     samples: np.ndarray
 
 
-def has_feet(skeleton: SkeletonModel) -> bool:
-    """Return whether a joint set has toes and heels."""
-    return all(name in skeleton.index for name in FEET)
-
-
 def follow_feet(before: Feet, people: People3D, statures: np.ndarray, observed: ObservedPeople, view: FrameView,
                 method: MethodConstants = METHOD) -> Tuple[Feet, Dict[str, Joint]]:
     """Return the feet of people, (M,), after a frame, and their toes and heels by name; MISSING without the ankle.
@@ -72,7 +62,7 @@ def follow_feet(before: Feet, people: People3D, statures: np.ndarray, observed: 
         people: with the joints of COCO_18; the first are those of `observed`, the others are hidden.
         statures: (M,) [m].
     """
-    if not len(people) or not has_feet(observed.people_2d.skeleton):
+    if not len(people) or not set(FEET) <= set(observed.people_2d.skeleton.joints):
         return Feet(), {}
     constants, rows = method.feet, [people.skeleton.index[name] for name in _ANKLES]
     there = people.status[:, rows] != MISSING

@@ -40,7 +40,7 @@ class Memory:
             return replace(self, tracking_from_points=pose)
         change = frame_change(self.tracking_from_points, pose)
         return replace(self, tracks=self.tracks.transformed(*change), gone=self.gone.transformed(*change),
-                       feet=self.feet.rotated(change[0]), tracking_from_points=pose)
+                       feet=replace(self.feet, axes=change[0] @ self.feet.axes), tracking_from_points=pose)
 
     def with_existence(self, others: Tracks) -> 'Memory':
         """Return the memory with the existence that other values of its tracks have."""
