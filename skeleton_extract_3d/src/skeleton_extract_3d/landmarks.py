@@ -1,6 +1,6 @@
 """Hands and faces in space: the types that pass between lifting, markers and converters."""
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -94,6 +94,7 @@ class Faces3D:
         return len(self.points)
 
 
+@final
 @dataclass(frozen=True)
 class Landmarks3D:
     """Hands and faces of the people before a camera."""
