@@ -94,7 +94,8 @@ def spanning_tree(cameras: Sequence[str], edges: Sequence[Edge], reasons: Dict[T
     for edge in sorted(edges, key=lambda one: -one.cost):
         poses_to[edge.first, edge.second] = CameraPose(edge.transform, edge.clock_offset)
         poses_to[edge.second, edge.first] = edge.second_pose
-        costs[edge.first, edge.second] = costs[edge.second, edge.first] = edge.cost
+        # an entry of 0 would be no edge
+        costs[edge.first, edge.second] = costs[edge.second, edge.first] = edge.cost + np.finfo(float).tiny
     graph = csr_matrix(costs)
     groups, labels = connected_components(graph, directed=False)
     if groups > 1:
