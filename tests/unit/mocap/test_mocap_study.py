@@ -35,7 +35,7 @@ def comparison(estimate, truth):
     table = known_table(np.rint(np.arange(FRAMES) * 1e9 / RATE).astype(np.int64), np.ones(FRAMES, int), estimate,
                         MESSAGE_JOINTS)
     reference = JointRecording(('Ann',), np.arange(FRAMES) / RATE, truth[None])
-    return compare(table, reference, align(table.measured(), reference, AlignmentParams(0.0, np.eye(4))))
+    return compare(table, reference, align(table.measured(), reference, AlignmentParams(0.0, (np.eye(3), np.zeros(3)))))
 
 
 def figures(estimate, truth):
