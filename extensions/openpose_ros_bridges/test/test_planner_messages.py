@@ -190,6 +190,6 @@ def test_people_end_with_the_node_and_stay_known_while_no_planner_reads(packages
     assert {told.operation for told in removed.world.collision_objects} == {1}
     assert len(removed.world.collision_objects) == len(added.world.collision_objects)
     publisher.publish((people(5),))
-    publisher._shut_down()
+    publisher._end(shut_down=True)
     publisher.publish((people(5),))
     assert [scene.world.collision_objects[0].operation for scene in topic] == [0, 1, 0, 1]
