@@ -50,8 +50,9 @@ def no_room_for_results(rig: Any) -> None:
             assert [detect() for _ in range(LASTING)] == [people] * LASTING
             await_true(says(rig, node, 'ERROR', 'people.avi: File too large', '_keypoints.json: File too large'),
                        lambda: f'an ERROR; {rig.diagnostics.reports(node)[-3:]}')
-        await_true(lambda: rig.diagnostics.count(node, 'saving, failed') == 2 * LASTING,
-                   lambda: f'{2 * LASTING} files and frames are not saved; {rig.diagnostics.reports(node)[-1:]}')
+            # within the limit, as saving lags behind the answers
+            await_true(lambda: rig.diagnostics.count(node, 'saving, failed') == 2 * LASTING,
+                       lambda: f'{2 * LASTING} files and frames are not saved; {rig.diagnostics.reports(node)[-1:]}')
         assert detect() == people
         await_true(says(rig, node, 'OK'), lambda: f'OK again; {rig.diagnostics.reports(node)[-3:]}')
         process.send_signal(signal.SIGINT)
