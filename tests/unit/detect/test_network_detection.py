@@ -333,6 +333,31 @@ def test_all_of_the_image_is_searched_once_in_a_second_also_where_a_frame_always
     assert longest[0] <= 1.0 and longest[1] <= 1.6
 
 
+def test_a_stall_of_the_machine_does_not_leave_the_image_unsearched(monkeypatch):
+    """All networks take 3 s in one image; a person who comes then is found within a second."""
+    scene, now, takes = Scene([]), 0.0, 0.02
+
+    def slowly(infer):
+        def timed(images):
+            nonlocal now
+            now += takes
+            return infer(images)
+        return timed
+    for network in scene.networks:
+        monkeypatch.setattr(network, 'infer', slowly(network.infer))
+    scene.detection = NetworkDetection(scene.detector, FollowingParams(following='always'), None, lambda: now)
+    for i in range(42):
+        takes = 3.0 if i == 25 else 0.02
+        if i == 27:
+            scene.show([LEFT])
+        looks, *_ = scene.look(i / 15)
+        scene.remember(i / 15, [-1] * len(looks.people))
+        for part in scene.search(i / 15):
+            if not part.owed:  # the next image waits
+                break
+    assert len(looks.people) == 1
+
+
 @pytest.mark.parametrize('rate', [5.0, 15.0, 30.0])
 def test_heads_in_the_depth_are_looked_for_also_where_images_wait(monkeypatch, rate):
     scene, stamps, wall = Scene([LEFT]), [], DepthView(np.full((48, 64), 3.0, np.float32), 50.0)

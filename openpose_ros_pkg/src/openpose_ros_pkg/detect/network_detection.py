@@ -121,7 +121,9 @@ class CameraMemory:
 
     def after(self, step: 'Step', runs: Sequence[Run]) -> 'CameraMemory':
         """Return the memory after a step, with the runs of the networks in it."""
-        spent = step.announced.seconds if self.plan.pace.fixed else sum(run.seconds for run in runs)
+        spent = expected = step.announced.seconds
+        if not self.plan.pace.fixed:  # the debt of a stall of the machine would leave the image unsearched for seconds
+            spent = min(sum(run.seconds for run in runs), max(expected, self.plan.schedule.search_time))
         after = replace(self, budget=self.budget.after_part(spent))
         return (replace(after, schedule=self.schedule.done(step.part, self.image.stamp)) if step.part
                 else replace(after, heads=self.image.stamp))
