@@ -22,7 +22,10 @@ START_TIMEOUT, WARM_UP = 240.0, 5.0  # [s]
 
 
 def measure(options: Options) -> Section:
-    """Measure the launched chain with depth images, mode balanced, people followed."""
+    """Measure the launched chain with depth images, mode balanced, people followed.
+
+    What `--set` names are arguments of people.launch.
+    """
     arguments = [f'{name}:={value}' for name, value in options.settings.items()]
     measured = on_a_master(watch, options.quick, arguments)
     named = {}

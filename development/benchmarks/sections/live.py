@@ -89,7 +89,7 @@ class Player:
         self._results[message.header.stamp.to_nsec()] = (people_from_array(message), latency)
 
     def _start(self, sequence: Path, **parameters: Any) -> Tuple['subprocess.Popen[bytes]', Path]:
-        bag = self._folder / f'{sequence.name}.bag'
+        bag = self._folder / f'{sequence.resolve().parent.name}_{sequence.name}.bag'
         if not bag.is_file():
             make_bag(sequence, bag)
         camera = start_camera(self._session, bag, self._rate, **parameters)

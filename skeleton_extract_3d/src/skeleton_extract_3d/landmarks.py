@@ -94,7 +94,7 @@ class Faces3D:
         return len(self.points)
 
 
-@final
+@final  # so that mypy tells it from people
 @dataclass(frozen=True)
 class Landmarks3D:
     """Hands and faces of the people before a camera."""

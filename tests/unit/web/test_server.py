@@ -77,7 +77,7 @@ def test_other_paths_are_refused_and_folders_not_listed(pages, path):
 
 @pytest.mark.parametrize('host, status', [('localhost:8080', 200), ('[::1]:8080', 200), ('10.0.0.7:8080', 200),
                                           (socket.gethostname(), 200), ('evil.example', 403),
-                                          ('localhost.evil.example', 403)])
+                                          ('localhost.evil.example', 403), ('a..b', 403), ('a' * 64, 403)])
 def test_a_name_that_is_not_this_computers_is_refused(pages, host, status):
     assert get(pages, '/', Host=host)[0].status == status
 

@@ -60,7 +60,7 @@ def points_in(circles: Sequence[Circle], spacing: float, near: float, far: float
         x, y = np.mgrid[np.ceil(least[0]):most[0] + 1, np.ceil(least[1]):most[1] + 1]
         grid = np.column_stack((x.ravel(), y.ravel()))
         cells.append(grid[np.linalg.norm(grid * spacing - circle.centre, axis=1) <= circle.radius])
-    # as complex numbers, since NumPy 1.17 has no unique rows of none
+    # complex numbers: np.unique(..., axis=0) of NumPy 1.17 fails on an empty array
     places = np.unique(np.concatenate(cells) @ np.array([1, 1j]))
     points = np.stack([places.real, places.imag], axis=1) * spacing
     distances = np.linalg.norm(points, axis=1)

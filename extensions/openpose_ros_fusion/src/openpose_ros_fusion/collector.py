@@ -81,7 +81,7 @@ class Collector:
         silent, step, elapsed = self._constants.silent, sighting.stamp - self._last, now - self._updated
         if step <= 0 and elapsed > silent:
             self._last = float('-inf')
-        # beside the last update, which may be some time ago; inf: there is none
+        # out of time: not near the last update, which may be some time ago; the step is inf without one
         elif step < float('inf') and not -silent <= step <= silent + max(elapsed, 0.0):
             if elapsed <= silent:
                 self.cameras_out_of_time.add(sighting.camera)

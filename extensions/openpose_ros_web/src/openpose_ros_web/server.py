@@ -1,5 +1,6 @@
 """HTTP and WebSocket for pages: sends what is published to those that want it, and takes nothing else from them."""
 import asyncio
+import ipaddress
 import logging
 import socket
 import threading
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Set, Union
 
 from tornado.httpserver import HTTPServer
-from tornado.netutil import bind_sockets, is_valid_ip
+from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler, StaticFileHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
@@ -153,7 +154,7 @@ class _Guarded(RequestHandler):
 
     def prepare(self) -> None:
         host = self.request.host_name.strip('[]')
-        if host not in self.server.names and not is_valid_ip(host):
+        if host not in self.server.names and not _is_address(host):
             raise HTTPError(403)
 
 
@@ -243,3 +244,11 @@ class _Page(_Guarded, WebSocketHandler):
             self._waiting.clear()
         finally:
             self._sending = False
+
+
+def _is_address(host: str) -> bool:
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return True

@@ -115,7 +115,8 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
 def recover(frame: ImageFrame, setup: Setup, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
     """Find people at heads that no skeleton of the detected people explains, on crops; none without depth."""
     bgr, view = frame.bgr, frame.depth
-    skeleton, one = setup.recipe.skeleton, next((one for one in setup.recipe.refinements if one.one_person), None)
+    skeleton = setup.recipe.skeleton
+    one = next((each for each in setup.recipe.refinements if each.one_person), None)  # whose network shows one person
     found: List[np.ndarray] = []
     free: List[Head] = []
     if one is not None and view is not None:

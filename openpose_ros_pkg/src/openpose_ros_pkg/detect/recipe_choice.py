@@ -127,7 +127,7 @@ def _of_mode(params: DetectorParams, crop: Optional[CropRefinement]) -> Sequence
         return _best(params, crop)
     if crop is not None:
         return [_refined_by(crop, MODES[params.mode])]
-    if params.net_input_width or params.net_input_height or params.num_scales or params.scale_gap:  # PicoDet has none
+    if params.net_input_width or params.net_input_height or params.num_scales or params.scale_gap:  # not PicoDet's
         return [MODES[params.mode]]
     fast = [SMALL_MODES['fast']] if params.mode == 'balanced' and params.target_rate > 0 else []
     return [SMALL_MODES[params.mode], *fast, MODES[params.mode]]

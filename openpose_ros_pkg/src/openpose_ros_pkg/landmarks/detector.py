@@ -230,7 +230,7 @@ def _observed(source: Source, bgr: np.ndarray, tasks: Sequence[_Task], stamp: fl
         return found, []
     behind = _doubles(found, constants.same)
     found = [one for one in found if one[0] not in behind]
-    visible = dict(found)
+    visible = {target for target, _ in found}
     return found, behind + [task.target for task in tasks if task.target not in visible
                             and _covered(task, found, stamp, constants)]
 

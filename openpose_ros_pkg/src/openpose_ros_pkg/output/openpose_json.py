@@ -40,8 +40,8 @@ def people_to_json(people: People2D, in_space: Optional[np.ndarray] = None, more
         more: finite float32 values of other fields, as of `landmark_fields`; missing people and fields are empty lists.
             Ids below -1 belong to people without an id, and are written as -1.
     """
-    entries = []
-    for p, (row, person_id) in enumerate(zip(np.nan_to_num(people.keypoints), people.ids)):
+    entries, rows = [], np.where(people.present[..., None], people.keypoints, np.float32(0))
+    for p, (row, person_id) in enumerate(zip(rows, people.ids)):
         entry = {'person_id': [max(int(person_id), -1)], 'pose_keypoints_2d': _numbers(row)}
         own = {} if more is None else more.get(int(person_id), {})
         entry.update((key, _numbers(own[key]) if key in own else []) for key in _MORE_FIELDS)

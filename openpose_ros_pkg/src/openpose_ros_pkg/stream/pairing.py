@@ -1,4 +1,4 @@
-"""Pair the messages of two streams by their stamps.
+"""Pair the messages of two streams by their stamps, and tell why they do not pair.
 
 Every message pairs with the nearest one of the other stream or stays alone: if its partner was lost, it must not take
 the next one. The largest deviation follows from the period of the streams and the usual difference of stamps in a pair.

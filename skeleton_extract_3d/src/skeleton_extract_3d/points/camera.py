@@ -251,7 +251,7 @@ def _no_camera(reason: str) -> BadInputError:
 @functools.lru_cache(maxsize=8)
 def sample_pixels(width: int, height: int, grid: Tuple[int, int] = METHOD.camera_fit.grid
                   ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return columns (1, N) and rows (M, 1) of the pixels that are judged."""
+    """Return columns (1, N) and rows (M, 1) of the pixels that stand for all of an image."""
     columns, rows = (np.linspace(0, size - 1, min(count, size)).astype(np.int64)
                      for size, count in zip((width, height), grid))
     return columns[None], rows[:, None]

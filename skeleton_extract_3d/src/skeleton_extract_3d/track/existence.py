@@ -185,6 +185,7 @@ def _plane(points: np.ndarray) -> Tuple[np.ndarray, float]:
 
 def _size(lifted: Lifted, method: MethodConstants) -> np.ndarray:
     """Return the sizes of people as a share of an adult's, by the median of measured bones, (P,); NaN: unknown."""
-    lengths = measured_lengths(lifted.xyz, lifted.measured) / method.body.bone_lengths[MEASURED_KINDS[:-1]]
+    kinds = MEASURED_KINDS[:-1]  # without that of neck to hips
+    lengths = measured_lengths(lifted.xyz, lifted.measured) / method.body.bone_lengths[kinds]
     enough = np.isfinite(lengths).sum(axis=1) >= method.sizes.least_bones
     return np.where(enough, surfaces.lower_median(lengths), np.nan)

@@ -133,7 +133,8 @@ class SignalsNode:
         people = transform_people(convert.people_from_array(message), *pose)
         # targets that tf does not know are left out
         moves = [(target, self._frames.known(target.frame_id, header)) for target in self._targets]
-        targets = tuple(Target(target.name, move[0] @ target.position + move[1]) for target, move in moves if move)
+        targets = tuple(Target(target.name, move[0] @ target.position + move[1]) for target, move in moves
+                        if move is not None)
         persons = self._reader.update(people, header.stamp.to_sec(), up, Surroundings(targets, floor),
                                       self._landmarks(message.header, pose))
         array = signals_to_array(persons, header)

@@ -84,7 +84,9 @@ def parts_of_recordings(paths: Sequence[Path]) -> List[List[Path]]:
 def _follows(before: Path, path: Path) -> bool:
     names = [_PART.fullmatch(each.name.partition('.')[0]) for each in (before, path)]
     if not (names[0] and names[1] and before.parent == path.parent and names[0][1] == names[1][1]
-            and int(names[0][2]) + 1 == int(names[1][2])) or is_video(before) or is_video(path):  # which have no time
+            and int(names[0][2]) + 1 == int(names[1][2])):
+        return False
+    if is_video(before) or is_video(path):  # without a time of their own
         return False
     with suppress(BadInputError, rosbag.ROSBagException), open_bag(before) as first, open_bag(path) as second:
         return bool(abs(second.get_start_time() - first.get_end_time()) < _PART_PAUSE)

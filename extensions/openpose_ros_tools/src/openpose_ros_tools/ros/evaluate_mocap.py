@@ -65,7 +65,7 @@ def read_poses(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, 
     if is_bag(path):
         from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints  # tables can be read without ROS
         poses, frames = read_keypoints(path, topic)
-    elif topic is not None:
+    elif topic is not None:  # as read_keypoints says, which needs ROS
         raise BadInputError(f'{path}: --topic is for bags')
     else:
         poses = read_keypoint_csv(path)

@@ -1,4 +1,5 @@
 """What runtimes have in common: names of outputs, and conversion of arrays where that can not be in the graph."""
+import re
 from typing import Collection, Iterable, List, Sequence
 
 import cv2
@@ -42,7 +43,7 @@ def own_output(output: np.ndarray, model: Model, layout: str) -> np.ndarray:
 
 
 def output_names(wanted: Sequence[str], there: Collection[str], outputs: Iterable[str]) -> List[str]:
-    """Return the names of outputs as they are there, with or without the number of a tensor of TensorFlow.
+    """Return the names of outputs as they are there, with or without the `:0` of a tensor of TensorFlow.
 
     Args:
         outputs: of the graph, for the error.
@@ -50,7 +51,7 @@ def output_names(wanted: Sequence[str], there: Collection[str], outputs: Iterabl
     Raises:
         ValueError: an output is not there.
     """
-    found = [[each for each in (name, f'{name}:0', name.split(':')[0]) if each in there] for name in wanted]
+    found = [[each for each in (name, f'{name}:0', re.sub(':0$', '', name)) if each in there] for name in wanted]
     missing = [name for name, names in zip(wanted, found) if not names]
     if missing:
         raise ValueError(f"it has no output {', '.join(missing)}; its outputs are {', '.join(outputs)}")
