@@ -15,8 +15,8 @@ def test_the_demo_finds_its_people_and_draws_them_where_they_are(tmp_path):
     assert done.returncode == 0, done.stdout
     found, visible, gap, no_person = map(float, re.search(
         r'found (\d+) of (\d+) visible people; longest gap (.+) s; (\d+) reported', done.stdout).groups())
-    # of all frames where the machine is quick; at 4 Hz the first answer of a pass may come before its search
-    assert found >= 0.8 * visible and gap <= 1.0 and no_person <= 0.05 * visible, done.stdout
+    # all of them where the machine is quick; at 3 Hz, one answer is 2 of 40 people
+    assert found >= 0.8 * visible and gap <= 1.0 and no_person <= max(0.05 * visible, 2), done.stdout
     assert 'of two people: none' in done.stdout, done.stdout
     drawn = {name: (int(joints), float(pixels)) for name, joints, pixels in re.findall(
         r'(rviz\w*\.png): (\d+) visible joints, drawn (\S+) px', done.stdout)}

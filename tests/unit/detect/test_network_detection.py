@@ -138,6 +138,28 @@ def test_a_visible_person_who_may_be_beside_the_crop_is_searched_at_once():
     assert searches > 0 and looks.missed.tolist() == [7] and looks.people.ids.tolist() == [-1]
 
 
+def test_a_person_who_may_be_gone_is_searched_at_once():
+    """One who came out from behind another, far from the expected place, is there before the next search."""
+    scene = Scene([LEFT, RIGHT])
+    scene.begin([7, 9])
+    scene.show([right_of(LEFT, -40.0), right_of(LEFT, 140.0)])
+    tracks = [(7, right_of(LEFT, -40.0)), (9, right_of(RIGHT, 60.0))]
+    looks, searches, _ = scene.look(0.3, tracks, existence=[0.99, 0.3])
+    assert searches > 0 and len(looks.people) == 2
+
+
+def test_the_first_image_with_a_person_after_some_without_any_shows_it():
+    """On a slow machine, where the search for a person who left took more time than there was."""
+    scene = Scene([LEFT], slower(8))
+    scene.begin([7])
+    scene.show([])
+    for i in range(1, 5):
+        scene.look(0.1 * i, [(7, LEFT)], spread=0.5)
+    scene.show([RIGHT])
+    looks, *_ = scene.look(0.5)
+    assert near(looks.people.xy[0], RIGHT)
+
+
 def test_a_person_who_is_hidden_in_part_is_looked_at_less_often():
     crops = []
     for visibility in (1.0, 0.5, 0.0):

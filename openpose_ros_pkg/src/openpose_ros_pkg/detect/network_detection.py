@@ -364,24 +364,33 @@ def _searched(people: Sequence[Person], networks: Networks, memory: CameraMemory
 def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> Tuple[Look, CameraMemory]:
     """Return the people of an image after a search for those who are missing in it, as far as there is time.
 
-    These are visible people who may be beside their crop, and any person where no crop shows one.
+    These are visible people who may be beside their crop, those who may be gone, and any person where none is likely.
+    For the latter an image has the time of the crops that it does not need.
     """
     runs, before = list(look.runs), sum(person.found for person in look.people)
-    missing = sum(bool(person.opinions) and not person.found and person.existence >= EXISTENCE.reported
-                  and person.visibility >= EXISTENCE.free_view and person.agreed > 2 * FOLLOWING.agreement
-                  for person in look.people)
+    missing = sum(_may_be_elsewhere(person) for person in look.people if not person.found)
     likely = any(person.found or (person.existence >= EXISTENCE.reported and not person.opinions)
                  for person in look.people)
     if likely and not missing:
         return look, memory
     missing, memory = missing if likely else len(memory.schedule.parts), memory.with_changes(look.people)
+    budget, more = memory.budget, 0.0 if likely else RATE.expected_people * memory.plan.of_person
+    memory = replace(memory, budget=budget.with_more(more))
     step = memory.next(at_once=True)
     while step is not None and step.part is not None and sum(person.found for person in look.people) < before + missing:
         look = networks.search(look.people, step.part)
         runs += look.runs
         memory = memory.after(step, look.runs)
         step = memory.next(at_once=True)
-    return Look(look.people, tuple(runs)), memory
+    return Look(look.people, tuple(runs)), replace(memory, budget=memory.budget.at_most(budget))
+
+
+def _may_be_elsewhere(person: Person) -> bool:
+    """Return whether a person who was not found may be visible outside of its crop."""
+    if person.existence < EXISTENCE.reported:
+        return True
+    return (bool(person.opinions) and person.visibility >= EXISTENCE.free_view
+            and person.agreed > 2 * FOLLOWING.agreement)
 
 
 def _decided(people: Sequence[Person], memory: CameraMemory) -> Tuple[Looks, CameraMemory]:

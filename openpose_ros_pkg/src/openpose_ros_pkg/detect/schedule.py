@@ -155,6 +155,14 @@ class Budget:
         """Return the budget after a part took some time of the networks [s]; of parts before it nothing is owed."""
         return replace(self, saved=self.saved - spent, owed=max(self.owed, 0.0) - spent)
 
+    def with_more(self, seconds: float) -> 'Budget':
+        """Return the budget with more time [s], and without debt."""
+        return replace(self, saved=max(self.saved, 0.0) + seconds, owed=max(self.owed, 0.0) + seconds)
+
+    def at_most(self, other: 'Budget') -> 'Budget':
+        """Return the budget with no more time than another one."""
+        return replace(self, saved=min(self.saved, other.saved), owed=min(self.owed, other.owed))
+
     def affords(self, seconds: float) -> bool:
         """Return whether there is time for a part of some seconds while no frame waits."""
         return self.saved >= min(seconds, self.constants.most_saved)
