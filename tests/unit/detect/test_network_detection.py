@@ -148,6 +148,16 @@ def test_a_person_who_may_be_gone_is_searched_at_once():
     assert searches > 0 and len(looks.people) == 2
 
 
+@pytest.mark.parametrize('existence, is_searched', [(0.9, False), (0.3, True)])
+def test_a_crop_that_shows_a_person_beside_one_who_may_be_gone_does_not_replace_the_search(existence, is_searched):
+    """It may be another person, of which the crop shows a part."""
+    scene = Scene([LEFT])
+    scene.begin([7])
+    scene.show([right_of(LEFT, 60.0)])
+    looks, searches, crops = scene.look(0.3, [(7, LEFT)], existence=existence, spread=0.5)
+    assert (searches > 0) == is_searched and len(looks.people) == 1 and crops >= 1
+
+
 def test_the_first_image_with_a_person_after_some_without_any_shows_it():
     """On a slow machine, where the search for a person who left took more time than there was."""
     scene = Scene([LEFT], slower(8))

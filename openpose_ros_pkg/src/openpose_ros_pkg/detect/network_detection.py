@@ -369,8 +369,7 @@ def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> T
     """
     runs, before = list(look.runs), sum(person.found for person in look.people)
     missing = sum(_may_be_elsewhere(person) for person in look.people if not person.found)
-    likely = any(person.found or (person.existence >= EXISTENCE.reported and not person.opinions)
-                 for person in look.people)
+    likely = any(_is_likely(person) for person in look.people)
     if likely and not missing:
         return look, memory
     missing, memory = missing if likely else len(memory.schedule.parts), memory.with_changes(look.people)
@@ -383,6 +382,13 @@ def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> T
         memory = memory.after(step, look.runs)
         step = memory.next(at_once=True)
     return Look(look.people, tuple(runs)), replace(memory, budget=memory.budget.at_most(budget))
+
+
+def _is_likely(person: Person) -> bool:
+    """Return whether a person is likely in the image; a crop may show another one in the place of who may be gone."""
+    if person.existence >= EXISTENCE.reported:
+        return person.found or not person.opinions
+    return person.found and person.error <= FOLLOWING.agreement
 
 
 def _may_be_elsewhere(person: Person) -> bool:
