@@ -103,6 +103,7 @@ def test_sequence(tmp_path_factory, content):
 
 
 @given(texts(MODEL))
+@example(_dumped({**MODEL, 'skeleton': []}))
 def test_model_description(tmp_path_factory, content):
     model = survives(read_description, written(tmp_path_factory, 'own.yaml', content), size=len(content),
                      errors=(ModelError,))

@@ -133,7 +133,7 @@ def _skeleton(value: Any, path: Path, described: _Description) -> SkeletonModel:
         skeleton = _own_skeleton(to_record(value, _Skeleton, f'{path}: skeleton', ModelError), path.stem)
     elif value is None and described.decoder != Decoder.PAF:
         skeleton = skeleton_of(described.points)
-    elif value in SKELETONS:
+    elif isinstance(value, str) and value in SKELETONS:
         skeleton = SKELETONS[value]
     else:
         raise ValueError(f'skeleton = {value!r}, expected keys, or one of {", ".join(SKELETONS)}')
