@@ -18,8 +18,7 @@ MODULES = {'skeleton_extract_3d_lifting': PACKAGES['skeleton_extract_3d'] / 'src
 UNIT_TESTS = tuple(f'tests/unit/{room}' for room in ('points', 'body', 'lift', 'track', 'estimator'))
 NODELETS = 'openpose_ros_nodelets'
 GTESTS = ('test_people_cloud',)
-SOURCES = (*PYTHON_SOURCES, 'tests/support', 'development/benchmarks', '.',
-           *(f'build/sanitize/{module}' for module in MODULES))
+SOURCES = (*PYTHON_SOURCES, 'tests/support', '.', *(f'build/sanitize/{module}' for module in MODULES))
 pytestmark = pytest.mark.timeout(0)
 
 
