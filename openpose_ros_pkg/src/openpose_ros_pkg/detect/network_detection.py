@@ -364,8 +364,8 @@ def _searched(people: Sequence[Person], networks: Networks, memory: CameraMemory
 def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> Tuple[Look, CameraMemory]:
     """Return the people of an image after a search for those who are missing in it, as far as there is time.
 
-    These are visible people who may be beside their crop, those who may be gone, and any person where none is likely.
-    For the latter an image has the time of the crops that it does not need.
+    These are people who may be elsewhere, and any person where none is likely: such an image has the time of the crops
+    that it does not need.
     """
     runs, before = list(look.runs), sum(person.found for person in look.people)
     missing = sum(_may_be_elsewhere(person) for person in look.people if not person.found)
@@ -385,7 +385,7 @@ def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> T
 
 
 def _is_likely(person: Person) -> bool:
-    """Return whether a person is likely in the image; a crop may show another one in the place of who may be gone."""
+    """Return whether a person is likely in the image. A crop of one who may be gone may show a part of another one."""
     if person.existence >= EXISTENCE.reported:
         return person.found or not person.opinions
     return person.found and person.error <= FOLLOWING.agreement
