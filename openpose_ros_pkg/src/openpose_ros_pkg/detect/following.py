@@ -54,8 +54,7 @@ class FollowingConstants:
 
     agreement: float = constant(
         0.35, 'Greatest median distance of the joints from where they are expected, as a share of the size of the '
-              'person (half the diagonal of the box of the joints). A person who may be twice as far away may be '
-              'beside its crop.')
+              'person (half the diagonal of the box of the joints).')
     spreads: float = constant(2.0, 'It is greater by this times the standard deviation of the expected place.')
     elsewhere_score: float = constant(
         0.4, 'Mean score of a pose on a crop, farther away than that, which is a person too: the tracker decides who.')

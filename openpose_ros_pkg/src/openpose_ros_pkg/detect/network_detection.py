@@ -364,11 +364,12 @@ def _searched(people: Sequence[Person], networks: Networks, memory: CameraMemory
 def _searched_at_once(look: Look, networks: Networks, memory: CameraMemory) -> Tuple[Look, CameraMemory]:
     """Return the people of an image after a search for those who are missing in it, as far as there is time.
 
-    These are people who may be elsewhere, and any person where none is likely: such an image has the time of the crops
-    that it does not need.
+    These are people whose crop did not show them, those who may be gone, and any person where none is likely: such an
+    image has the time of the crops that it does not need.
     """
     runs, before = list(look.runs), sum(person.found for person in look.people)
-    missing = sum(_may_be_elsewhere(person) for person in look.people if not person.found)
+    missing = sum(not person.found and (bool(person.opinions) or person.existence < EXISTENCE.reported)
+                  for person in look.people)
     likely = any(_is_likely(person) for person in look.people)
     if likely and not missing:
         return look, memory
@@ -389,14 +390,6 @@ def _is_likely(person: Person) -> bool:
     if person.existence >= EXISTENCE.reported:
         return person.found or not person.opinions
     return person.found and person.error <= FOLLOWING.agreement
-
-
-def _may_be_elsewhere(person: Person) -> bool:
-    """Return whether a person who was not found may be visible outside of its crop."""
-    if person.existence < EXISTENCE.reported:
-        return True
-    return (bool(person.opinions) and person.visibility >= EXISTENCE.free_view
-            and person.agreed > 2 * FOLLOWING.agreement)
 
 
 def _decided(people: Sequence[Person], memory: CameraMemory) -> Tuple[Looks, CameraMemory]:
