@@ -110,9 +110,14 @@ def hour(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv('ROS_MASTER_URI', f'http://localhost:{free_port()}')
         patch.setenv('ROS_HOME', str(folder / 'ros'))
-        hour = Hour(folder)
-        yield hour
-        hour.leave()
+        patch.setenv('PYTHONUNBUFFERED', '1')  # rostopic hz says its lines at once, as on a screen
+        yield Hour(folder)
+
+
+@pytest.fixture(autouse=True)
+def leave(hour):
+    yield
+    hour.leave()
 
 
 @pytest.fixture(scope='module')
@@ -161,7 +166,6 @@ def test_live(hour, blocks):
         assert word in text
     with urllib.request.urlopen(f'http://localhost:{hour.web}', timeout=30) as page:
         assert page.status == 200
-    hour.leave()
 
 
 @pytest.mark.parametrize('first, topic', [('roscore', '/openpose_ros/skeleton_3d/detected_poses_3d'),
@@ -176,4 +180,3 @@ def test_people_come_from_a_recording_and_a_webcam(hour, blocks, first, topic):
     for line in played:  # it may be over before a slow machine has started what listens
         hour.type(line)
     assert echo.wait(TIMEOUT) == 0 and 'person_ID' in log.read_text()
-    hour.leave()

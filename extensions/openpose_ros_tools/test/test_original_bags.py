@@ -1,6 +1,7 @@
 """Bags of the original project and of version 1.0.0: rosbag migrates them; then they are read as those of the nodes."""
 import math
 import subprocess
+import sys
 from pathlib import Path
 
 import genpy
@@ -29,6 +30,9 @@ START = genpy.Time(1_500_000_000)
 # The messages of version 1.0.0, and their checksums.
 ARRAYS = {PersonDetectionArray: 'adf3638ece706c0a5c8db94a32bd20ab',
           PersonDetection_3dArray: 'bc1e13c0c1ef97e8889720bad99ea641'}
+# rosbag.migration looks in locals() for the classes that exec() made, where Python 3.13 no longer has them (PEP 667).
+needs_migration = pytest.mark.xfail(sys.version_info >= (3, 13), strict=True,
+                                    reason="rosbag fix ends in a KeyError with Python 3.13 (docs/install.md)")
 
 
 def original(dimensions):
@@ -71,6 +75,7 @@ def rosbag_says(*arguments):
     return done.returncode, done.stdout
 
 
+@needs_migration
 def test_a_bag_of_the_original_is_migrated_and_read(old, tmp_path):
     new = tmp_path / 'new.bag'
     text = rosbag_says('check', old, '--noplugins', RULES)[1]
@@ -115,18 +120,34 @@ def arrays_of_1_0_0():
                  for new in (in_image, in_space))
 
 
-def test_a_bag_of_version_1_0_0_is_read_and_migrated(tmp_path):
-    old, new, arrays = tmp_path / 'old.bag', tmp_path / 'new.bag', arrays_of_1_0_0()
-    with rosbag.Bag(str(old), 'w') as bag:
+@pytest.fixture
+def version_1_0_0(tmp_path):
+    """Return a bag with the messages of version 1.0.0, and these messages."""
+    path, arrays = tmp_path / 'old.bag', arrays_of_1_0_0()
+    with rosbag.Bag(str(path), 'w') as bag:
         for topic, array in zip(('/image', '/space'), arrays):
             bag.write(topic, array, START)
+    return path, arrays
+
+
+def read_people(path):
+    """Return the messages of the people in the image and in space, once their people are right."""
+    with rosbag.Bag(str(path)) as bag:
+        in_image, in_space = (message for _, message, _ in bag.read_messages())
+    for people in (convert_2d.people_from_array(in_image), convert.people_from_array(in_space)):
+        assert people.ids.tolist() == [4, 9] and people.existence.tolist() == [1.0, 1.0]
+    return in_image, in_space
+
+
+def test_a_bag_of_version_1_0_0_is_read(version_1_0_0):
+    assert len(read_people(version_1_0_0[0])) == 2
+
+
+@needs_migration
+def test_a_bag_of_version_1_0_0_is_migrated(version_1_0_0, tmp_path):
+    (old, arrays), new = version_1_0_0, tmp_path / 'new.bag'
     assert rosbag_says('fix', '--noplugins', old, new, PACKAGE / 'migration_rules/1.0.0.bmr')[0] == 0
-    for path in (old, new):
-        with rosbag.Bag(str(path)) as bag:
-            in_image, in_space = (message for _, message, _ in bag.read_messages())
-        for people in (convert_2d.people_from_array(in_image), convert.people_from_array(in_space)):
-            assert people.ids.tolist() == [4, 9] and people.existence.tolist() == [1.0, 1.0]
-    for message, array, kind in zip((in_image, in_space), arrays, ARRAYS):
+    for message, array, kind in zip(read_people(new), arrays, ARRAYS):
         assert (message._md5sum, len(message.existence)) == (kind._md5sum, 0)
         assert [str(getattr(message, name)) for name in array.__slots__] == [
             str(getattr(array, name)) for name in array.__slots__]
