@@ -32,9 +32,10 @@ def start_camera(session: Session, bag: Path, rate: float, stamps: Optional[Path
         names: of the node, and namespace of the topics.
     """
     node, namespace = names
+    given = {'once': False, **parameters}  # else once is that of the camera before, which stays on the server
     return session.start(node, ['rosrun', 'openpose_ros_nodelets', 'bag_camera', f'__name:={node}', f'_bag:={bag}',
                                 f'_rate:={rate}', f'_topics:={" ".join(TOPICS)}',
-                                *(f'_{key}:={value}' for key, value in parameters.items()),
+                                *(f'_{key}:={value}' for key, value in given.items()),
                                 *(f'{NAMESPACE}/{topic}:={namespace}/{topic}' for topic in TOPICS)],
                          stamps or bag.with_suffix('.txt'))
 

@@ -97,7 +97,7 @@ class Player:
 
     def lead_in(self, sequence: Path) -> None:
         """Play a sequence again and again until results come."""
-        before, (camera, _) = len(self._results), self._start(sequence, frame_id='lead_in', once=False)
+        before, (camera, _) = len(self._results), self._start(sequence, frame_id='lead_in')
         wait_for(lambda: len(self._results) - before >= LEAD_IN, START_TIMEOUT, 'first results', self.nodes)
         self._session.stop(camera)
 

@@ -130,8 +130,8 @@ def version_1_0_0(tmp_path):
     return path, arrays
 
 
-def read_people(path):
-    """Return the messages of the people in the image and in space, once their people are right."""
+def read_right_people(path):
+    """Return the messages of the people in the image and in space, whose ids and existence have to be right."""
     with rosbag.Bag(str(path)) as bag:
         in_image, in_space = (message for _, message, _ in bag.read_messages())
     for people in (convert_2d.people_from_array(in_image), convert.people_from_array(in_space)):
@@ -140,14 +140,14 @@ def read_people(path):
 
 
 def test_a_bag_of_version_1_0_0_is_read(version_1_0_0):
-    assert len(read_people(version_1_0_0[0])) == 2
+    read_right_people(version_1_0_0[0])
 
 
 @needs_migration
 def test_a_bag_of_version_1_0_0_is_migrated(version_1_0_0, tmp_path):
     (old, arrays), new = version_1_0_0, tmp_path / 'new.bag'
     assert rosbag_says('fix', '--noplugins', old, new, PACKAGE / 'migration_rules/1.0.0.bmr')[0] == 0
-    for message, array, kind in zip(read_people(new), arrays, ARRAYS):
+    for message, array, kind in zip(read_right_people(new), arrays, ARRAYS):
         assert (message._md5sum, len(message.existence)) == (kind._md5sum, 0)
         assert [str(getattr(message, name)) for name in array.__slots__] == [
             str(getattr(array, name)) for name in array.__slots__]
