@@ -12,9 +12,10 @@ from typing import Any, Callable, Dict, List, Optional
 import tornado.httpclient
 import tornado.websocket
 
-_FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
-          '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update',
-          '--disable-sync', '--disable-dev-shm-usage', '--hide-scrollbars', '--remote-debugging-port=0')
+# WebGL by Mesa: Debian 11's Chromium is built without SwiftShader.
+_FLAGS = ('--headless=new', '--no-sandbox', '--use-angle=gl-egl', '--ignore-gpu-blocklist', '--disable-quic',
+          '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
+          '--disable-dev-shm-usage', '--hide-scrollbars', '--remote-debugging-port=0')
 
 
 def chromium() -> Optional[str]:
