@@ -11,7 +11,7 @@ from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.settings import IdentityParams
-from skeleton_extract_3d.track.appearance import Clothes, colour_distances
+from skeleton_extract_3d.track.appearance import Clothes, clothes_evidence, colour_distances
 from skeleton_extract_3d.track.constants import IdentityConstants
 from skeleton_extract_3d.track.tracks import Tracks
 
@@ -54,6 +54,8 @@ def assign(tracks: Tracks, clothes: Clothes, compared: TrackComparison, stamp: f
     cost = across + constants.evidence_cost * against - constants.own_crop * own
     if params.use_clothes:
         cost += constants.colour_cost * colour_distances(tracks.clothes, clothes)
+        other = clothes_evidence(tracks.clothes, clothes)[0] < constants.other_clothes
+        allowed &= ~(other & (away > constants.gap))
     for track, person in match(cost, allowed):
         rows[person] = track
     return rows
