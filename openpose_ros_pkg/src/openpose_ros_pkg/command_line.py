@@ -19,6 +19,7 @@ from openpose_ros_pkg.structured_text import yaml_value
 # Exit statuses. REFUSED: nothing was done: the command line, a parameter or an input is wrong. PIPE_CLOSED: the reader
 # of stdout ended first, as a shell has it for programs that SIGPIPE ends.
 DONE, SOME_FAILED, REFUSED, INTERRUPTED, PIPE_CLOSED = 0, 1, 2, 130, 141
+_STDOUT = 1  # file descriptor
 # A second interrupt within this time is ignored; a later one ends the program at once [s].
 _CLEANING_UP = 3.0
 _PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', 'openpose_ros_tools',
@@ -113,7 +114,7 @@ def _close_stdout() -> None:
     with suppress(OSError):
         sys.stdout.flush()
     with suppress(OSError), Path(os.devnull).open('w') as nowhere:
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())
+        os.dup2(nowhere.fileno(), _STDOUT)
 
 
 class Progress(tqdm):  # type: ignore[misc]  # it has no types
