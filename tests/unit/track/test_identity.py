@@ -92,11 +92,11 @@ def test_colours_count_little_for_people_who_were_never_out_of_sight(places):
     assert rows(tracks, scene(*places), clothes(GREEN, RED)) == [0, 1]
 
 
-@pytest.mark.parametrize('seconds, worn, same', [(1.0, RED, True), (1.0, GREEN, False), (0.1, GREEN, True)],
-                         ids=['the same clothes', 'others', 'others, at once'])
-def test_who_appears_in_other_clothes_where_a_person_was_lost_is_another_person(seconds, worn, same):
-    tracks = replace(tracks_at(LEFT, last_seen=STAMP - seconds), clothes=clothes(RED))
-    assert rows(tracks, scene(LEFT), clothes(worn)) == [0 if same else -1]
+@pytest.mark.parametrize('aside, worn, same', [(1.2, RED, True), (1.2, GREEN, False), (0.4, GREEN, True)],
+                         ids=['the same clothes', 'others', 'of what covers the person'])
+def test_the_gate_does_not_grow_for_a_person_in_other_clothes(aside, worn, same):
+    tracks = replace(tracks_at((0.0, 2.6), last_seen=STAMP - 1.0), clothes=clothes(RED))
+    assert rows(tracks, scene((aside, 2.6)), clothes(worn)) == [0 if same else -1]
 
 
 LOWER = np.isin(COCO_18.joints, [f'{side}_{joint}' for side in ('right', 'left') for joint in ('hip', 'knee', 'ankle')])

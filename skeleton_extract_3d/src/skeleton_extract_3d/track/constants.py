@@ -24,7 +24,10 @@ class IdentityConstants:
         0.5, 'Greatest median distance, across the view, of the joints of a person from where they are expected.',
         unit='m')
     walking_speed: float = constant(
-        1.2, 'The gate grows by this for each second without a detection.', unit='m/s')
+        1.2, 'The gate grows by this for each second without a detection ...', unit='m/s')
+    other_clothes: float = constant(
+        -10.0, '... unless the log likelihood ratio of the same clothes is lower: others have -20 to -50, those of '
+               'a person who is partly hidden or cut off at the border of the image -5 and more.')
     birth_joints: int = constant(
         3, 'Joints that have to be measured before a person gets a person_ID; fewer if no more can be measured.')
     evidence_cost: float = constant(
@@ -37,9 +40,6 @@ class IdentityConstants:
              'and a new person may be the track; one whose clothes are hidden waits for an id for so long.', unit='s')
     plain: int = constant(9, 'A new person with as many measured joints gets an id at once.', unit='joints')
     most_evidence: float = constant(20.0, 'Greatest log likelihood of another depth of the same person.')
-    other_clothes: float = constant(
-        -10.0, 'After `gap`, least log likelihood ratio of the same clothes. Others have -20 to -50, those of a person '
-               'who is partly hidden or cut off at the border of the image -5 and more.')
     own_crop: float = constant(0.05, 'A person costs this less for the track on whose crop it was seen.', unit='m')
     same_place: float = constant(
         0.25, 'Keypoints nearer to where they are expected are not refused for their depth: most surfaces of '

@@ -49,13 +49,12 @@ def assign(tracks: Tracks, clothes: Clothes, compared: TrackComparison, stamp: f
     if not across.size:
         return rows
     away = (stamp - tracks.last_seen)[:, None]
-    allowed = across <= constants.gate + constants.walking_speed * away
-    allowed &= (against <= constants.most_evidence) | (across < constants.same_place)
     cost = across + constants.evidence_cost * against - constants.own_crop * own
     if params.use_clothes:
         cost += constants.colour_cost * colour_distances(tracks.clothes, clothes)
-        other = clothes_evidence(tracks.clothes, clothes)[0] < constants.other_clothes
-        allowed &= ~(other & (away > constants.gap))
+        away = np.where(clothes_evidence(tracks.clothes, clothes)[0] < constants.other_clothes, 0.0, away)
+    allowed = across <= constants.gate + constants.walking_speed * away
+    allowed &= (against <= constants.most_evidence) | (across < constants.same_place)
     for track, person in match(cost, allowed):
         rows[person] = track
     return rows
