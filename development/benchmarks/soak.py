@@ -186,6 +186,13 @@ def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, 
             [f'{name} grew from {first[name]:.1f} to {last[name]:.1f}' for name in table if last[name] > most[name]])
 
 
+def by_cycle(samples: Sequence[Tuple[float, ...]], cycle: float) -> str:
+    """Return the memory of a node [MB] at the end of each cycle [s]: it tells a leak from a step."""
+    table = pd.DataFrame(samples).iloc[:, :2].to_numpy()
+    ends = np.flatnonzero(np.diff(table[:, 0] // cycle))
+    return ' '.join(f'{memory:.0f}' for memory in table[ends, 1])
+
+
 def age(results: pd.DataFrame, begin: int, end: int) -> Tuple[List[str], List[str]]:
     """Return median, 95 % and maximum of the age of results at the recorder [s], and if it grows; times in [ns]."""
     ages, hours = (results.received - results.stamp) / 1e9, (results.received - begin) / 3.6e12
@@ -305,10 +312,10 @@ class Soak:
             faults += [f'{chain.extractor}: {fault}' for fault in (*wrong, *older)]
         cycle, is_long = self._seconds / self._cycles, self._seconds >= 60 * LONG
         windows = [(end - 0.2 * cycle, end) for end in (cycle * (1 if is_long else self._cycles // 2), self._seconds)]
-        nodes = [['node', 'memory [MB]', 'threads', 'files']]
+        nodes = [['node', 'memory [MB]', 'threads', 'files', 'memory at the end of each cycle but the last']]
         for node in (*ONE.nodes, *TWO.nodes):
             grown, wrong = growth(self._sampler.samples[node], windows, LIMITS if is_long else LIMITS_SHORT)
-            nodes.append([node, *grown])
+            nodes.append([node, *grown, by_cycle(self._sampler.samples[node], cycle)])
             faults += [f'{node}: {fault}' for fault in wrong]
         for topic, each in results.items():  # of publishers that never restart
             missing = each.seq.iloc[-1] - each.seq.iloc[0] + 1 - len(each)
