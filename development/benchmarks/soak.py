@@ -187,8 +187,8 @@ def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, 
 
 
 def by_cycle(samples: Sequence[Tuple[float, ...]], cycle: float) -> str:
-    """Return the memory of a node [MB] at the end of each cycle [s]: it tells a leak from a step."""
-    table = pd.DataFrame(samples).iloc[:, :2].to_numpy()
+    """Return the memory of a node [MB] at the end of each cycle of so many seconds: it tells a leak from a step."""
+    table = np.reshape(samples, (-1, 4))
     ends = np.flatnonzero(np.diff(table[:, 0] // cycle))
     return ' '.join(f'{memory:.0f}' for memory in table[ends, 1])
 
@@ -312,7 +312,7 @@ class Soak:
             faults += [f'{chain.extractor}: {fault}' for fault in (*wrong, *older)]
         cycle, is_long = self._seconds / self._cycles, self._seconds >= 60 * LONG
         windows = [(end - 0.2 * cycle, end) for end in (cycle * (1 if is_long else self._cycles // 2), self._seconds)]
-        nodes = [['node', 'memory [MB]', 'threads', 'files', 'memory at the end of each cycle but the last']]
+        nodes = [['node', 'memory [MB]', 'threads', 'files', 'memory at the end of each cycle but the last [MB]']]
         for node in (*ONE.nodes, *TWO.nodes):
             grown, wrong = growth(self._sampler.samples[node], windows, LIMITS if is_long else LIMITS_SHORT)
             nodes.append([node, *grown, by_cycle(self._sampler.samples[node], cycle)])

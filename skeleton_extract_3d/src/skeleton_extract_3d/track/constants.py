@@ -26,8 +26,9 @@ class IdentityConstants:
     walking_speed: float = constant(
         1.2, 'The gate grows by this for each second without a detection ...', unit='m/s')
     other_clothes: float = constant(
-        -10.0, '... unless the log likelihood ratio of the same clothes is lower: others have -20 to -50, those of '
-               'a person who is partly hidden or cut off at the border of the image -5 and more.')
+        -10.0, '... unless the log likelihood ratio of the same clothes is lower: others mostly have -20 to -50, those '
+               'of a person who is partly hidden or cut off at the border of the image -5 and more.',
+        source='the demo in virtual time; trials.md')
     birth_joints: int = constant(
         3, 'Joints that have to be measured before a person gets a person_ID; fewer if no more can be measured.')
     evidence_cost: float = constant(
