@@ -57,8 +57,8 @@ def test_stdout_that_can_not_be_written(lines, stdout, status, told):
     script = ('import sys; from openpose_ros_pkg.command_line import run_command; '
               f'sys.exit(run_command("tool", lambda: print("line\\n" * {lines}) or 0))')
     done = subprocess.run(['bash', '-c', f'"$0" -c \'{script}\' {stdout}; exit ${{PIPESTATUS[0]}}', sys.executable],
-                          env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}, timeout=60,
-                          stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, check=False)
+                          env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path), 'PYTHONUNBUFFERED': ''},
+                          timeout=60, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, check=False)
     assert (done.returncode, done.stderr) == (status, told)
 
 
