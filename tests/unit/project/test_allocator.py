@@ -21,6 +21,9 @@ blocks.clear()
 kept = held() - before
 allocator._TRIM_PERIOD = 0.05
 allocator.give_back_free_memory()
+ring = [np.ones(100 << 20, np.uint8)]  # it refers to itself: only the collector frees it
+ring.append(ring)
+del ring
 deadline = time.monotonic() + 30
 while held() - before > 50 and time.monotonic() < deadline:
     time.sleep(0.01)

@@ -54,7 +54,6 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
         return 0
     flags, others = _read_arguments(name, kind)
     keep_large_blocks()
-    give_back_free_memory()
     is_serving = threading.Event()
     _end_on_signals(is_serving)
     if yields:
@@ -66,6 +65,7 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
             raise
         _wait()  # for the end, which was asked for
     is_serving.set()
+    give_back_free_memory()
     rospy.spin()
     return int(failed(node))  # the node lives until here: its publishers and threads serve while spinning
 
