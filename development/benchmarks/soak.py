@@ -7,10 +7,10 @@ record.launch records all results. In each cycle (5 min of 60) the detection ser
 has to respawn; the cameras end and start again, by Ctrl-C and by SIGKILL in turn; parameters change by
 dynamic_reconfigure, and back; subscribers of everything come, hang (SIGSTOP), and are killed; one is slow.
 
-The last fifth of a cycle is quiet. That of the first is compared with that of the last, in runs of less than half an
-hour that of the middle one, as buffers and pools still grow. The exit status is 1 if memory, threads or files of a node
-or the age of the results grow, if frames that came are neither answered nor counted as dropped, or if a published
-result is missing in the bags. docs/reliability.md has the limits.
+The exit status is 1 if memory, threads or files of a node or the age of the results grow, if frames that came are
+neither answered nor counted as dropped, if a node could not do a frame for a reason that it does not know, or if a
+published result is missing in the bags. What grows is the least value in each cycle, as subscribers come and go, and
+what they leave is given back once in a minute.
 
     ./run bench soak --minutes 60
 """
@@ -26,19 +26,18 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Dict, Iterator, List, NamedTuple, Sequence, Set, Tuple
 
-import numpy as np
 import pandas as pd
 import psutil
 import rosbag
 import rospy
 from dynamic_reconfigure.client import Client
-from scipy.stats import theilslopes
 from sensor_msgs.msg import Image
 
 from camera_driver import NAMESPACE, make_bag, played_stamps, start_camera
 from common import Parser, markdown, run_live
 from crowd import make_crowd
 from openpose_ros_pkg.errors import OpenposeRosError
+from scoring.growth import growth, least_growth
 from session import Diagnostics, Session, await_true, wait_for
 from skeleton_extract_3d.ros.extractor import NAMESPACE as RESULTS
 
@@ -46,10 +45,10 @@ START_TIMEOUT = 180.0
 CYCLES, LEAST_CYCLE = 12, 30.0  # a cycle is the twelfth of a run, but takes at least this long [s]
 SAMPLES = 600  # of the processes in a run
 CAMERA_PAUSE = 3.0  # [s]
-# Maximum memory at the end: factor, and [MB]; more threads or files. The second row is of runs shorter than LONG [min],
-# where freed memory that allocator.py lets a process keep can not be told from a leak.
-LIMITS, LIMITS_SHORT, LONG = (1.01, 0.0, 0), (1.0, 256.0, 4), 30.0
-# Number of medians of the age that make a line; slope that is no growth, as a share of the median age over the run.
+# Growth over the run that counts as none: memory by a share and by [MB]; threads or files. The second row is of runs
+# shorter than LONG [min], where freed memory that allocator.py lets a process keep can not be told from a leak.
+LIMITS, LIMITS_SHORT, LONG = (0.01, 0.0, 0), (0.0, 256.0, 4), 30.0
+# Number of medians of the age that make a line; growth that is none, as a share of the median age over the run.
 AGE_PARTS, AGE_GROWTH = 60, 0.1
 COLUMNS = ('seq', 'stamp', 'received')  # of recorded messages
 WAITING = 2  # images that may wait for their points when the camera ends
@@ -106,15 +105,15 @@ class Sampler:
 
     def wait_until(self, seconds: float) -> None:
         """Sample until a time since the begin [s]."""
-        while time.monotonic() < self._began + seconds:
+        while (now := time.monotonic() - self._began) < seconds:
             for node in self.samples:
                 try:
                     if node not in self._processes:
                         self._processes[node] = node_process(node)
                         self.lives[node] += 1
                     process = self._processes[node]
-                    self.samples[node].append((time.monotonic() - self._began, process.memory_full_info().uss / 1e6,
-                                               process.num_threads(), process.num_fds()))
+                    self.samples[node].append((now, process.memory_full_info().uss / 1e6, process.num_threads(),
+                                               process.num_fds()))
                 except (OSError, psutil.Error):  # it was killed and is not there again
                     self._processes.pop(node, None)
             time.sleep(max(min(self._period, self._began + seconds - time.monotonic()), 0.0))
@@ -171,38 +170,12 @@ def account(diagnostics: Diagnostics, chain: Chain, runs: Sequence[Path], answer
     return [sum(map(len, played)), received, answered, dropped], [text for text, is_true in faults.items() if is_true]
 
 
-def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, float]],
-           limits: Tuple[float, float, int]) -> Tuple[List[str], List[str]]:
-    """Return memory [MB], threads and files of a node in two windows [s], and what grew by more than the limits."""
-    table = pd.DataFrame(samples, columns=('time', 'memory', 'threads', 'files')).set_index('time')
-    parts = [table.loc[begin:end] for begin, end in windows]
-    if any(part.empty for part in parts):
-        return ['-'] * 3, ['no samples']
-    # the least threads and files, as subscribers come and go
-    first, last = (part.agg({'memory': 'median', 'threads': 'min', 'files': 'min'}) for part in parts)
-    most = first + limits[2]
-    most['memory'] = limits[0] * first['memory'] + limits[1]
-    return ([f'{first[name]:.0f} - {last[name]:.0f}' for name in table],
-            [f'{name} grew from {first[name]:.1f} to {last[name]:.1f}' for name in table if last[name] > most[name]])
-
-
-def by_cycle(samples: Sequence[Tuple[float, ...]], cycle: float) -> str:
-    """Return the memory of a node [MB] at the end of each cycle of so many seconds: it tells a leak from a step."""
-    table = np.reshape(samples, (-1, 4))
-    ends = np.flatnonzero(np.diff(table[:, 0] // cycle))
-    return ' '.join(f'{memory:.0f}' for memory in table[ends, 1])
-
-
 def age(results: pd.DataFrame, begin: int, end: int) -> Tuple[List[str], List[str]]:
     """Return median, 95 % and maximum of the age of results at the recorder [s], and if it grows; times in [ns]."""
-    ages, hours = (results.received - results.stamp) / 1e9, (results.received - begin) / 3.6e12
-    edges = np.linspace(0, (end - begin) / 3.6e12, AGE_PARTS + 1)
-    parts = ages.groupby(pd.cut(hours, edges, labels=(edges[1:] + edges[:-1]) / 2), observed=True).median()
-    middles = parts.index.astype(float).to_numpy()
-    low = float(theilslopes(parts, middles, 0.95)[2])
-    grows = low * (middles[-1] - middles[0]) > AGE_GROWTH * ages.median()
+    ages, parts = (results.received - results.stamp) / 1e9, (results.received - begin) * AGE_PARTS // (end - begin)
+    grown = least_growth(ages.groupby(parts).median())
     return ([f'{value:.3f}' for value in (ages.median(), ages.quantile(0.95), ages.max())],
-            [f'the age grows by at least {1000 * low:.1f} ms per hour'] if grows else [])
+            [f'the age grew by at least {1000 * grown:.0f} ms'] if grown > AGE_GROWTH * ages.median() else [])
 
 
 class Soak:
@@ -311,16 +284,17 @@ class Soak:
             frames.append([chain.extractor, *numbers, *ages])
             faults += [f'{chain.extractor}: {fault}' for fault in (*wrong, *older)]
         cycle, is_long = self._seconds / self._cycles, self._seconds >= 60 * LONG
-        windows = [(end - 0.2 * cycle, end) for end in (cycle * (1 if is_long else self._cycles // 2), self._seconds)]
-        nodes = [['node', 'memory [MB]', 'threads', 'files', 'memory at the end of each cycle but the last [MB]']]
+        nodes = [['node', 'memory [MB] in each cycle', 'threads', 'files']]
         for node in (*ONE.nodes, *TWO.nodes):
-            grown, wrong = growth(self._sampler.samples[node], windows, LIMITS if is_long else LIMITS_SHORT)
-            nodes.append([node, *grown, by_cycle(self._sampler.samples[node], cycle)])
+            least, wrong = growth(self._sampler.samples[node], cycle, LIMITS if is_long else LIMITS_SHORT)
+            nodes.append([node, *least])
             faults += [f'{node}: {fault}' for fault in wrong]
         for topic, each in results.items():  # of publishers that never restart
             missing = each.seq.iloc[-1] - each.seq.iloc[0] + 1 - len(each)
             if missing > 0:
                 faults.append(f'{topic}: {missing} messages are not in the bag')
+        for log in self._folder.glob('*.log'):
+            faults += [line for line in log.read_text(errors='replace').splitlines() if 'frame failed' in line]
         faults += [f'{node}: ended {lives - 1} times' for node, lives in self._sampler.lives.items()
                    if node != KILLED and lives != 1]
         print(markdown(frames), markdown(nodes), sep='\n')

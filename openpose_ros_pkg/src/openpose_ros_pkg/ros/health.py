@@ -1,6 +1,7 @@
 """Counters and throttled warnings of a node, on the log and on /diagnostics."""
 import threading
 import time
+import traceback
 from collections import Counter, deque
 from typing import Callable, Deque, Dict, List, Tuple, TypeVar
 
@@ -88,7 +89,8 @@ class Health:
         elif isinstance(error, OpenposeRosError) and error.event:
             self.warn(error.event, str(error))
         else:
-            self.warn('frame failed', repr(error))
+            *_, place = traceback.extract_tb(error.__traceback__) or ['?']
+            self.warn('frame failed', f'{error!r}, {place}')
 
     def _update(self) -> None:
         try:
