@@ -8,9 +8,9 @@ has to respawn; the cameras end and start again, by Ctrl-C and by SIGKILL in tur
 dynamic_reconfigure, and back; subscribers of everything come, hang (SIGSTOP), and are killed; one is slow.
 
 The exit status is 1 if memory, threads or files of a node or the age of the results grow, if frames that came are
-neither answered nor counted as dropped, if a node could not do a frame for a reason that it does not know, or if a
-published result is missing in the bags. What grows is the least value in each cycle, as subscribers come and go, and
-what they leave is given back once in a minute.
+neither answered nor counted as dropped, if a frame failed by an unexpected exception, or if a published result is
+missing in the bags. Growth is that of the least value in each cycle: subscribers come and go, and nodes give the memory
+that these needed back once in a minute.
 
     ./run bench soak --minutes 60
 """

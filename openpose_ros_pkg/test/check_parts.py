@@ -42,6 +42,13 @@ class HealthTest(unittest.TestCase):
         self.assertEqual(self.diagnostics.value(NODE, 'after it'), 'is shown')
         self.assertEqual(self.diagnostics.reports(NODE)[-1].level, 'WARN')
 
+    def test_an_unexpected_exception_is_named_with_its_function(self):
+        try:
+            fails('no frame')()
+        except RuntimeError as error:
+            self.health.frame_failed(error)
+        self.diagnostics.await_event(NODE, 'frame failed', 1, ['check_parts.py', 'in fail', "RuntimeError('no frame')"])
+
 
 def numbered(number: int, kind: type = Image) -> Image:
     return kind(header=Header(stamp=rospy.Time(number), frame_id='/camera'))

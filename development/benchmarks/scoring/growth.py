@@ -1,4 +1,4 @@
-"""What grows in a long run."""
+"""Growth of memory, threads and files in a long run."""
 from typing import List, Sequence, Tuple
 
 import pandas as pd
@@ -6,7 +6,10 @@ from scipy.stats import theilslopes
 
 
 def least_growth(values: pd.Series) -> float:
-    """Return the growth of values from the first time to the last, which form the index: at least, by 95 %."""
+    """Return the growth of values from the first time to the last, which form the index.
+
+    By the least slope of the 95 % confidence interval of Theil and Sen.
+    """
     return float(theilslopes(values, values.index, 0.95)[2]) * (values.index[-1] - values.index[0])
 
 

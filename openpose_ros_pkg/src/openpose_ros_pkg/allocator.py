@@ -1,4 +1,4 @@
-"""How the C library keeps the memory of large messages; without effect where it is not glibc."""
+"""How a process keeps memory and gives it back; calls of the C library are without effect where it is not glibc."""
 import ctypes
 import gc
 import threading
@@ -32,9 +32,9 @@ def give_back_free_memory() -> None:
     """Give free memory back to the system once in a minute, from a thread of its own; call it when all is loaded.
 
     Without it, free pieces between small blocks stay for ever: after 50 minutes with subscribers that hang, a node held
-    562 MB, of which 330 MB were in use. Objects that refer to each other, like rospy's of each ended connection with
-    their files and buffers, wait for Python's collector, which seldom looks at old objects where it knows many: those
-    that are there now are left out, so that it takes milliseconds.
+    562 MB, of which 330 MB were in use. Before that, Python's garbage collector runs. By itself it runs too seldom for
+    rospy's reference cycles, which keep the files and buffers of ended connections. It leaves out the objects that
+    exist at this call, and so takes milliseconds.
     """
     trim = getattr(ctypes.CDLL(None), 'malloc_trim', lambda pad: 0)
     gc.collect()

@@ -89,8 +89,7 @@ class Health:
         elif isinstance(error, OpenposeRosError) and error.event:
             self.warn(error.event, str(error))
         else:
-            *_, place = traceback.extract_tb(error.__traceback__) or ['?']
-            self.warn('frame failed', f'{error!r}, {place}')
+            self.warn('frame failed', f'{traceback.extract_tb(error.__traceback__)[-1:]} {error!r}')
 
     def _update(self) -> None:
         try:
