@@ -31,6 +31,6 @@ def test_not_of_another_frame_or_time(other):
     assert floor_input(0, -1, 0, 1.3).at(other) is None
 
 
-@pytest.mark.parametrize('values', [(), (0, -1, 0), (0, 0, 0, 1.3)])
+@pytest.mark.parametrize('values', [(), (0, -1, 0), (0, 0, 0, 1.3), (0, -1, 0, np.nan), (0, -np.inf, 0, 1.3)])
 def test_no_plane(values):
     assert floor_input(*values).at(header()) is None

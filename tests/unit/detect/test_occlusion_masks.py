@@ -10,7 +10,7 @@ from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crops
 from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.following import Person, voted
 from openpose_ros_pkg.detect.look import Networks
-from openpose_ros_pkg.detect.occlusion_masks import foregrounds
+from openpose_ros_pkg.detect.occlusion_masks import bodies_of_others, foregrounds
 from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, DetectorSettings
 from openpose_ros_pkg.detect.views import Setup
 from openpose_ros_pkg.networks.model_registry import MOVENET_THUNDER
@@ -111,6 +111,19 @@ TWO = view((200, 320, 3.0), (322, 450, 2.0))
                          ids=['unknown', 'a wall', 'one surface', 'side by side', 'missing'])
 def test_without_a_gap_in_depth_no_person_is_in_front(depth):
     assert before([BEHIND, FRONT], depth) == [None, None]
+
+
+@pytest.mark.parametrize('far', [1e6, 1e30])
+def test_a_joint_that_is_expected_next_to_the_camera_counts_as_missing(far):
+    """It lies far beyond the image, and the breadth of limbs is in proportion to the size of the body."""
+    fronts, wrist = np.stack([FRONT, FRONT]), COCO_18.index['right_wrist']
+    fronts[0, wrist, :2], fronts[1, wrist] = (far, -far), (np.nan, np.nan, 0)
+    for front in fronts:
+        foreground, none = before([BEHIND, front], TWO)
+        assert none is None and foreground.nearer.tolist() == [False, True]
+    expected, missing = (bodies_of_others(BEHIND, front[None], COCO_18, SIZE[::-1]) for front in fronts)
+    np.testing.assert_array_equal(expected, missing)
+    assert missing.any()
 
 
 @pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])

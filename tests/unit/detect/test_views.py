@@ -100,6 +100,17 @@ def test_a_person_at_the_border_is_in_the_middle_of_the_crop(x, y):
         assert (crop.input[:, 0] == crop.input[:, column - 3]).mean() > 0.9
 
 
+def test_a_person_in_the_repeated_border_is_none():
+    known = scored(person_at(20, 20, 150))
+    crop, = prepare_crops(CrowdImage(chart(*SIZE), known[None], COCO_18), known[None], THUNDER_CROP)
+    people = np.full((2, 18, 3), (1.0, 1.0, 0.8), np.float32)
+    people[1, 0, :2] = crop.view.plan.to_net(np.subtract((30.0, 30.0), crop.view.origin))
+    found = crop.view.in_image(Poses(people, np.array([0.9, 0.7], np.float32)), COCO_18)
+    assert found.scores.tolist() == [np.float32(0.7)]
+    np.testing.assert_allclose(found.keypoints[0, 0], [30, 30, 0.8], rtol=1e-5)
+    assert not found.keypoints[0, 1:, 2].any()
+
+
 # --- people who lie ---------------------------------------------------------------------------------------------------
 
 def rotated(person, degrees):

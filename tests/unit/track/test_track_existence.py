@@ -17,6 +17,7 @@ from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.track.existence import (
     after_time,
     evidence_of,
+    relief_of,
     views_at,
     views_of,
     with_detection,
@@ -125,3 +126,15 @@ def test_a_detection_without_a_body_in_the_points_tells_less(measured, has_depth
                            np.array([np.inf]), view(those))
     less = METHOD.track.existence.against_few if has_depth and measured < 5 else 0.0
     assert evidence == pytest.approx([max(told + less, EXISTENCE.least_evidence)])
+
+
+@pytest.mark.parametrize('x', [-0.9, 0.0, 0.9])
+def test_a_wide_lens_may_have_depth_where_it_has_no_rays(x):
+    """An RGB camera whose polynomial folds: beyond a circle, no direction of space is seen in its pixels."""
+    lens = replace(CAMERA, distortion_model='plumb_bob', distortion=np.array([-0.42, 0, 0, 0, 0]))
+    assert 0.2 < np.isnan(lens.ray_grid()[..., 0]).mean() < 0.8
+    frame = render(CAMERA, [Person(1, x, 2.6, standing())], Room(wall=3.0))
+    those = DepthImage(frame.depth, lens)
+    observed = observe(frame.people, frame.size, those, lens)
+    relief = relief_of(observed, FrameView(those, lens, 0.0, 0.0))
+    assert np.isnan(relief).all() or 0.1 < relief[0] < 0.6

@@ -268,11 +268,12 @@ class _Body(NamedTuple):
 
 def _bodies(poses: np.ndarray, cover: CoverConstants, factor: float = 1.0) -> List[_Body]:
     """Return the bodies of poses, (P, K, 3) [px], with limbs broader by a factor."""
-    # OpenCV draws with 16 bits: joints that are farther away are beyond the image
+    # OpenCV draws with 16 bits, also the breadth: joints that are farther away are beyond the image
     with np.errstate(invalid='ignore'):
-        there = np.abs(poses[..., :2]).max(axis=2) < np.iinfo(np.int16).max
+        there = np.abs(poses[..., :2]).max(axis=2) < np.iinfo(np.int16).max // 2
     places = np.round(np.where(there[..., None], poses[..., :2], 0.0)).astype(np.int32)
-    breadths = [max(round(cover.breadth * factor * size), 1) for size in np.sqrt(area(poses)).tolist()]
+    sizes = np.sqrt(area(np.where(there[..., None], poses, np.nan)))
+    breadths = [max(round(cover.breadth * factor * size), 1) for size in sizes.tolist()]
     return [_Body(*body) for body in zip(places, there, breadths)]
 
 

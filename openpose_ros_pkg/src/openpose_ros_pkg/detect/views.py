@@ -95,9 +95,11 @@ class View:
         return (corners + self.origin).reshape(-1, 4)
 
     def in_image(self, poses: Poses, skeleton: SkeletonModel) -> Poses:
-        """Turn people in pixels of the network's input into people in pixels of the image."""
-        return Poses(self._in_image(poses.keypoints, skeleton), poses.scores,
-                     None if poses.points is None else self._in_image(poses.points, WHOLE_BODY_133))
+        """Turn people in pixels of the network's input into people in pixels of the image, without those beyond it."""
+        keypoints = self._in_image(poses.keypoints, skeleton)
+        there = (keypoints[..., 2] > 0).any(axis=1)
+        return Poses(keypoints[there], poses.scores[there],
+                     None if poses.points is None else self._in_image(poses.points[there], WHOLE_BODY_133))
 
     def _in_image(self, keypoints: np.ndarray, skeleton: SkeletonModel) -> np.ndarray:
         """Return keypoints, (P, K, 3), of the network's input in pixels of the image; missing beyond it."""

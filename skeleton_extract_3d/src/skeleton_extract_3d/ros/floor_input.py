@@ -32,7 +32,7 @@ class FloorInput:
             return None
         values = np.array(plane.values, np.float64)
         length = float(np.linalg.norm(values[:3]))
-        return values / length if length > 0 else None
+        return values / length if length > 0 and np.isfinite([*values, length]).all() else None
 
     def _store(self, message: ModelCoefficients) -> None:
         self._newest = message

@@ -146,9 +146,11 @@ def relief_of(observed: ObservedPeople, view: FrameView, method: MethodConstants
         ring = ring[off > 0.9 * radii[0]]
         far = surfaces.depths_at(view.points, ring) if len(ring) else np.zeros(0)
         known = np.isfinite(far)
-        if known.sum() < constants.least_points:
+        around = _points(ring[known], far[known], view)
+        around = around[np.isfinite(around).all(axis=1)]  # the borders of a wide lens may have depth without rays
+        if len(around) < constants.least_points:
             continue
-        plane, spread = _plane(_points(ring[known], far[known], view))
+        plane, spread = _plane(around)
         noise = constants.noise * middle ** 2
         if spread > constants.plane_spread + noise:
             continue
