@@ -55,13 +55,14 @@ def trade_off(name: str, text: str, points: Mapping[str, Any], labels: Dict[str,
     drawing = new_figure(6.5, 4.0)
     axes = drawing.subplots()
     for number, (label, (time, figure)) in enumerate(points.items()):
-        axes.errorbar([time], [figure.value], yerr=error_bars([figure]), fmt='o', color=PALETTE[number % len(PALETTE)])
-        axes.annotate(label, (time, figure.value), (6, 4), textcoords='offset points', fontsize='small')
+        axes.errorbar([time], [figure.value], yerr=error_bars([figure]), fmt='o', color=PALETTE[number % len(PALETTE)],
+                      label=label)
     axes.set_xscale('log')
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(FormatStrFormatter('%g'))
     axes.xaxis.set_minor_locator(NullLocator())
     tidy_axes(axes, labels['x'], labels['y'])
+    axes.legend(frameon=False, fontsize='small')
     return saved(drawing, name, text)
 
 
