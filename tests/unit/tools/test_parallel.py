@@ -70,6 +70,17 @@ def test_processes_end_with_their_parent(tmp_path):
     assert comes(lambda: not any(lives(pid) for pid in pids))
 
 
+def test_threads_import_nothing_of_multiprocessing():
+    code = ('import sys\n'
+            'from openpose_ros_tools.parallel import run_tasks\n'
+            'before = set(sys.modules)\n'
+            "assert len(list(run_tasks(abs, {'a': -1, 'b': -2}, 2))) == 2\n"
+            "print(*(name for name in sys.modules.keys() - before if name.startswith('multiprocessing')))\n")
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, '-c', code], env=environment, check=True, stdout=subprocess.PIPE)
+    assert done.stdout.split() == []
+
+
 def lives(pid):
     return Path(f'/proc/{pid}').exists()
 

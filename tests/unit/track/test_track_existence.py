@@ -13,6 +13,7 @@ from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.lift.lifting import lift_robustly
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import Expectation
+from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.track.existence import (
     after_time,
@@ -131,7 +132,7 @@ def test_a_detection_without_a_body_in_the_points_tells_less(measured, has_depth
 @pytest.mark.parametrize('x', [-0.9, 0.0, 0.9])
 def test_a_wide_lens_may_have_depth_where_it_has_no_rays(x):
     """An RGB camera whose polynomial folds: beyond a circle, no direction of space is seen in its pixels."""
-    lens = replace(CAMERA, distortion_model='plumb_bob', distortion=np.array([-0.42, 0, 0, 0, 0]))
+    lens = CameraModel(CAMERA.width, CAMERA.height, CAMERA.matrix, 'plumb_bob', np.array([-0.42, 0, 0, 0, 0]))
     assert 0.2 < np.isnan(lens.ray_grid()[..., 0]).mean() < 0.8
     frame = render(CAMERA, [Person(1, x, 2.6, standing())], Room(wall=3.0))
     those = DepthImage(frame.depth, lens)

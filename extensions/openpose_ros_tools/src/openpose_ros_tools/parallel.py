@@ -1,5 +1,10 @@
 """Work in threads, in processes, and on clusters."""
 import multiprocessing
+
+# multiprocessing imports these late: in threads that begin processes at once, Python 3.9 finds them half imported
+import multiprocessing.popen_spawn_posix
+import multiprocessing.resource_tracker
+import multiprocessing.synchronize
 import os
 import signal
 import threading
