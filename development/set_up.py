@@ -35,6 +35,7 @@ print('numpy', numpy.__version__, numpy.__file__, 'opencv', cv2.__version__)
 if numpy.__file__.startswith(sys.prefix):
     sys.exit('cv_bridge needs the NumPy of the system')
 if sys.argv[1] == 'with':
+    sys.modules['openvino_telemetry'] = None  # it would send usage data
     import openvino
     print('openvino', openvino.__version__)
 """

@@ -5,6 +5,8 @@ scale, layout, order of the outputs and of the channels, position and batch all 
 """
 import importlib.util
 import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -157,6 +159,16 @@ def test_after_an_error_the_next_images_are_computed(pooled):
 
 
 # --- OpenVINO: hints, compiled networks on disk ---------------------------------------------------------------------
+
+def test_openvino_sends_no_usage_data(tmp_path):
+    """It would keep the number of this user in a folder of its own."""
+    pytest.importorskip('openvino', reason='openvino is not installed: pip install openvino')
+    environment = {name: value for name, value in os.environ.items() if name not in ('CI', 'TF_BUILD', 'JENKINS_URL')}
+    environment.update(HOME=str(tmp_path), PYTHONPATH=os.pathsep.join(sys.path))
+    subprocess.run([sys.executable, '-c', 'import openpose_ros_pkg.networks.backends.openvino'], env=environment,
+                   check=True)
+    assert list(tmp_path.iterdir()) == []
+
 
 @pytest.fixture
 def pooled(tmp_path):

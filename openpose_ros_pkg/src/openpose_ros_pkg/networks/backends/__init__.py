@@ -1,8 +1,9 @@
 """Runtimes that compute a network, behind one protocol."""
 import logging
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Callable, List, NamedTuple, Protocol, Sequence, Tuple, cast
+from typing import Any, Callable, List, NamedTuple, Protocol, Sequence, Tuple, cast
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from openpose_ros_pkg.networks.backends.self_check import check_backend
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 
+# The import of OpenVINO sends usage data to its maker, without this package. It does so in a fork of the process, which
+# it ends by SIGTERM after 3 s without an answer: a fork of a node then unregistered the node's services and topics.
+sys.modules.setdefault('openvino_telemetry', cast(Any, None))
 _log = logging.getLogger(__name__)
 
 

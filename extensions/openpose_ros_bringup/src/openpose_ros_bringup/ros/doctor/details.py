@@ -8,6 +8,7 @@ from typing import Iterator, List
 
 import rospkg
 
+import openpose_ros_pkg.networks.backends  # noqa: F401, what keeps OpenVINO from sending usage data
 from openpose_ros_bringup.doctor.snapshot import Snapshot
 
 _MODULES = ('numpy', 'cv2', 'scipy', 'openvino', 'onnxruntime')
