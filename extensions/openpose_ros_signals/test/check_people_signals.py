@@ -112,7 +112,8 @@ class PeopleSignalsTest(unittest.TestCase):
         np.testing.assert_allclose(person.place, [0.0, 0.0, 1.1], atol=0.15)
         np.testing.assert_allclose(person.body.direction, [1.0, 0.0, 0.0], atol=0.3)
         np.testing.assert_allclose(person.floor.position, [*person.place[:2], 0.0], atol=1e-5)
-        self.assertIn(message.floor_pose, [pose for array in self.poses.messages for pose in array.poses])
+        await_true(lambda: any(message.floor_pose in array.poses for array in self.poses.messages.copy()),
+                   'the place of the person as a pose')
 
         self.await_person(lambda one: one.gesture('wave') and one.gesture('wave').arm == 'right', 'waving')
 
