@@ -268,7 +268,7 @@ class _Body(NamedTuple):
 
 def _bodies(poses: np.ndarray, cover: CoverConstants, factor: float = 1.0) -> List[_Body]:
     """Return the bodies of poses, (P, K, 3) [px], with limbs broader by a factor."""
-    # OpenCV draws with 16 bits, also the breadth: joints that are farther away are beyond the image
+    # OpenCV draws with 16 bits, and breadths grow with the body: joints that are farther away are beyond the image
     with np.errstate(invalid='ignore'):
         there = np.abs(poses[..., :2]).max(axis=2) < np.iinfo(np.int16).max // 2
     places = np.round(np.where(there[..., None], poses[..., :2], 0.0)).astype(np.int32)

@@ -122,8 +122,13 @@ def _end_on_signals(is_serving: threading.Event) -> None:
     def handle(*_: Any) -> None:
         threading.Thread(target=end, name='end').start()
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, handle)
+    def handle_by(handler: Any) -> None:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, handler)
+
+    handle_by(handle)
+    # the end of a process that a library has forked would unregister the node at the master
+    os.register_at_fork(after_in_child=lambda: handle_by(signal.SIG_DFL))
 
 
 def _wait() -> NoReturn:

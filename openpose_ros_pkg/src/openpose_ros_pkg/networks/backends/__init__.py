@@ -12,8 +12,8 @@ from openpose_ros_pkg.networks.backends.self_check import check_backend
 from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 
-# The import of OpenVINO sends usage data to its maker, without this package. It does so in a fork of the process, which
-# it ends by SIGTERM after 3 s without an answer: a fork of a node then unregistered the node's services and topics.
+# With this package, each import of OpenVINO sends usage data to its maker, from a fork of the process; without it,
+# OpenVINO takes a stub.
 sys.modules.setdefault('openvino_telemetry', cast(Any, None))
 _log = logging.getLogger(__name__)
 
