@@ -123,7 +123,8 @@ def in_place_of(record: Any, other: Any) -> Iterator[None]:
         swaps[id(before)] = after
         pairs += [pair for pair in ((getattr(before, field.name), getattr(after, field.name))
                                     for field in fields(before)) if is_dataclass(pair[0]) and pair[0] is not pair[1]]
-    holders = [(module, name, value) for module in list(sys.modules.values())
+    # None stands for a module that must not be imported
+    holders = [(module, name, value) for module in list(sys.modules.values()) if module is not None
                for name, value in list(vars(module).items()) if id(value) in swaps]
     functions = [(each, '__defaults__', each.__defaults__) for each in gc.get_objects()
                  if isinstance(each, FunctionType) and any(id(value) in swaps for value in each.__defaults__ or ())]
