@@ -4,10 +4,10 @@ import pytest
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_bringup.doctor.snapshot import ChainNode, Stream
+from openpose_ros_bringup.doctor.snapshot import Camera, ChainNode, Stream
 from openpose_ros_bringup.ros.doctor import program
 from openpose_ros_bringup.ros.doctor.inputs import find_cameras, nodes_within
-from openpose_ros_bringup.ros.doctor.streams import Listener
+from openpose_ros_bringup.ros.doctor.streams import CameraListener, Listener
 from openpose_ros_pkg.params.camera_presets import find_preset, read_presets
 from openpose_ros_pkg.ros.convert import pixels_to_image
 from openpose_ros_pkg.ros.demand import READS
@@ -106,5 +106,19 @@ def test_a_depth_image_is_read_with_its_camera_info():
     listener.newest = pixels_to_image(np.zeros((4, 6, 3), np.uint8), 'bgr8', header)
     stream = listener.read(camera_to_message(camera, header), False)
     assert stream.fault.startswith("depth image has encoding 'bgr8'") and stream.frame_id == 'optical'
+
+
+def test_points_of_a_camera_that_is_covered_for_a_moment(monkeypatch):
+    covered, free = (pixels_to_image(np.full((96, 128), depth, np.uint16), '16UC1', Header()) for depth in (0, 1500))
+    optics = camera_to_message(CameraModel(128, 96, np.array([[90, 0, 64], [0, 90, 48], [0, 0, 1]])), Header())
+    listener = CameraListener(Camera(Stream('image', '/image', IMAGE), Stream('points', '/depth', IMAGE),
+                                     Stream('info', '/info', INFO)), {})
+    points, info = listener._listeners['points'], listener._listeners['info']
+    monkeypatch.setattr(info, 'newest', optics)
+    monkeypatch.setattr('rospy.get_time', lambda: 10.0)
+    for message, is_seen in zip([covered, free, covered], [False, True, True]):
+        points._note(message)
+        assert listener.has(1) is is_seen
+    assert listener.read().points.doubt is None and len(listener.read().points.arrivals) == 3
 
 

@@ -25,6 +25,7 @@ class Listener:
         self.stream = stream
         self.arrivals: List[Arrival] = []
         self.newest: Any = None
+        self.keeps = False  # the newest message, whatever comes after it
         self._fault = ''
         there = published.get(stream.topic)
         self.listens = there is not None and there.kind == stream.kind
@@ -54,7 +55,8 @@ class Listener:
 
     def _note(self, message: Any) -> None:
         self.arrivals.append(Arrival(time.monotonic(), rospy.get_time(), message.header.stamp.to_nsec()))
-        self.newest = message
+        if not self.keeps:
+            self.newest = message
 
     def _damaged(self, error: Exception) -> None:
         self._fault = str(error)
@@ -69,18 +71,25 @@ class CameraListener:
                            for key in ('image', 'points', 'info', 'colour_info') if getattr(camera, key) is not None}
 
     def has(self, messages: int) -> bool:
-        """Tell whether so many images and points have come, the newest with depth, as a camera may be covered for a
+        """Tell whether so many images and points have come, one of these with depth, as a camera may be covered for a
         moment; or will not, as their topics are not there.
         """
-        return all(len(listener.arrivals) >= (messages if key in ('image', 'points') else 1)
-                   for key, listener in self._listeners.items() if listener.listens) and self._has_depth()
+        return self._has_depth() and all(len(listener.arrivals) >= (messages if key in ('image', 'points') else 1)
+                                         for key, listener in self._listeners.items() if listener.listens)
 
     def _has_depth(self) -> bool:
+        """Tell whether points are not known to have no depth; those that have depth are kept as the newest ones."""
         if 'points' not in self._listeners:
             return True
-        info = self._listeners['info'].newest if 'info' in self._listeners else None
-        doubt = self._listeners['points'].read(info, self._camera.rectified).doubt
-        return doubt is None or doubt.event != NO_DEPTH
+        listener = self._listeners['points']
+        listener.keeps = listener.newest is not None  # the one that is looked at
+        points = listener.read(self._newest_info(), self._camera.rectified)
+        lacks_depth = points.doubt is not None and points.doubt.event == NO_DEPTH
+        listener.keeps = points.points is not None and not lacks_depth
+        return not lacks_depth
+
+    def _newest_info(self) -> Any:
+        return self._listeners['info'].newest if 'info' in self._listeners else None
 
     def stop(self) -> None:
         """Let no more messages come."""
@@ -89,7 +98,7 @@ class CameraListener:
 
     def read(self) -> Camera:
         """Return the camera with what came on its topics."""
-        info = self._listeners['info'].newest if 'info' in self._listeners else None
+        info = self._newest_info()
         streams: Dict[str, Any] = {key: listener.read(info, self._camera.rectified)
                                    for key, listener in self._listeners.items()}
         return replace(self._camera, **streams)
