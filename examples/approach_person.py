@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 import contextlib
 import math
+import time
 from typing import NamedTuple
 
 import actionlib
@@ -145,9 +146,12 @@ class ApproachPerson:
         self.person, self.in_front = None, True
 
     def cancel(self):
+        """Let move_base leave the goal; a node that ended before that might have sent nothing."""
         if self.goal is not None:
-            self.goal = None
+            self.goal, deadline = None, time.monotonic() + 1.0
             self.move_base.cancel_goal()
+            while self.move_base.get_state() in RUNNING and time.monotonic() < deadline:
+                rospy.rostime.wallsleep(0.02)
 
 
 rospy.init_node('approach_person')

@@ -116,7 +116,8 @@ class ApproachTest(unittest.TestCase):
             move_base.awaits(3, 4.0, 2.7, -np.pi / 2)
             for step in range(24):  # walks
                 feed.send(signals(other, stands(2, 4.0, 1.5 + 0.08 * step, np.pi / 2)))
-            await_true(lambda: move_base.goals[-1].pose.position.y > 4.3, 'the goal follows')
+            # up to 4.54 m; less than 0.3 m are not followed
+            await_true(lambda: move_base.goals[-1].pose.position.y > 4.2, lambda: f'no goal follows: {move_base.goals}')
             self.assertLessEqual(len(move_base.goals), 8)  # one a second
             self.assertEqual(move_base.cancelled, 0)
             feed.send(signals(other, does(2)), frames=10)  # hidden for half a second
