@@ -69,7 +69,7 @@ def changed(value, kind, place, number):
 def converted(value, dtype):
     try:
         return value.astype(dtype)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, RuntimeError):  # the last one: a time as too short a text
         return np.zeros(value.shape, dtype)
 
 

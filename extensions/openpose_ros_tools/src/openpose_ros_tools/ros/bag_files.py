@@ -67,6 +67,10 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
         raise BadInputError(f'{path} is not a bag, or is damaged ({error}); `rosbag reindex` and `rosbag fix` may mend '
                             'a damaged one') from error
     with bag:
+        if bag.version < 200:  # rosbag opens it, and can not read its messages
+            major, minor = divmod(bag.version, 100)
+            raise BadInputError(f'{path} is a bag of format {major}.{minor}, as before 2010: record it anew while '
+                                '`rosbag play` plays it')
         yield bag
 
 
