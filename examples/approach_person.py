@@ -146,7 +146,7 @@ class ApproachPerson:
         self.person, self.in_front = None, True
 
     def cancel(self):
-        """Let move_base leave the goal; a node that ended before that might have sent nothing."""
+        """Cancel the goal and wait until move_base has left it; a node that ends at once may lose the message."""
         if self.goal is not None:
             self.goal, deadline = None, time.monotonic() + 1.0
             self.move_base.cancel_goal()

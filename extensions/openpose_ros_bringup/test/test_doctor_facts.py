@@ -120,5 +120,3 @@ def test_points_of_a_camera_that_is_covered_for_a_moment(monkeypatch):
         points._note(message)
         assert listener.has(1) is is_seen
     assert listener.read().points.doubt is None and len(listener.read().points.arrivals) == 3
-
-

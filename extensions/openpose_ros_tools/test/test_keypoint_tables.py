@@ -168,7 +168,7 @@ def test_a_bag_of_the_format_before_2010_is_refused(tmp_path, capsys):
     path = tmp_path / 'old.bag'
     rosbag.Bag(str(path), 'w').close()
     path.write_bytes(path.read_bytes().replace(b'V2.0', b'V1.2', 1))
-    assert 'is a bag of format 1.2, as before 2010: record it anew' in refusal(
+    assert 'is a bag of format 1.2, from before 2010: record it anew' in refusal(
         capsys, path, '-o', tmp_path / 'poses.csv')
 
 

@@ -69,7 +69,7 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
     with bag:
         if bag.version < 200:  # rosbag opens it, and can not read its messages
             major, minor = divmod(bag.version, 100)
-            raise BadInputError(f'{path} is a bag of format {major}.{minor}, as before 2010: record it anew while '
+            raise BadInputError(f'{path} is a bag of format {major}.{minor}, from before 2010: record it anew while '
                                 '`rosbag play` plays it')
         yield bag
 
